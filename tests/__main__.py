@@ -1,0 +1,32 @@
+"""Run the tests from a checkout: ``python3 tests [PYTEST ARGUMENTS]``.
+
+Sets up what is missing, then runs pytest.  On Linux the windows that the tests open go to a display
+that nobody sees.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "app"))
+
+import environment
+
+
+def main(arguments: list[str]) -> int:
+    """Run pytest with the given arguments; return its exit status."""
+    environment.prepare_system(window=True, private=True)
+    environment.require_window(private=True)
+    python = environment.set_up("test").program("python")
+    with environment.private_display() as variables:
+        return environment.run(
+            [python, "-m", "pytest", *arguments],
+            variables,
+            folder=environment.CHECKOUT,
+            interactive=True,
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(environment.run_to_exit_status(main))
