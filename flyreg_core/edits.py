@@ -1,0 +1,97 @@
+"""What a user can do to a project: one function each, from project to project."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Literal
+
+from flyreg_core.errors import LandmarkError
+from flyreg_core.landmarks import LandmarkPair, Place
+from flyreg_core.project import Brain, Project
+
+Role = Literal["source", "target"]
+
+
+def set_weight(project: Project, identifier: str, weight: float) -> Project:
+    """Change how strongly one landmark pair pulls; 0 leaves it out."""
+    return set_weights(project, [identifier], weight)
+
+
+def set_weights(project: Project, identifiers: Iterable[str], weight: float) -> Project:
+    """Give several landmark pairs the same weight."""
+    chosen = set(identifiers)
+    own = {pair.id for pair in project.pairs}
+    return replace(
+        project,
+        pairs=tuple(
+            replace(pair, weight=weight) if pair.id in chosen else pair for pair in project.pairs
+        ),
+        weights={**project.weights, **dict.fromkeys(sorted(chosen - own), weight)},
+    )
+
+
+def set_smoothing(project: Project, smoothing: float) -> Project:
+    """Change lambda: 0 passes through every landmark, large values leave an affine map."""
+    return replace(project, smoothing=smoothing)
+
+
+def add_pair(project: Project, pair: LandmarkPair) -> Project:
+    """Add a landmark pair of the user's own.
+
+    Raises
+    ------
+    LandmarkError
+        Its id or name is taken.
+    """
+    for other in project.pairs:
+        if pair.id == other.id or pair.name == other.name:
+            raise LandmarkError(f"there is a landmark named {other.name} already; choose another name")
+    return replace(project, pairs=(*project.pairs, pair))
+
+
+def remove_pairs(project: Project, identifiers: Iterable[str]) -> Project:
+    """Remove pairs of the user's own; pairs on the boundary are left out by weight 0 instead."""
+    chosen = set(identifiers)
+    own = {pair.id for pair in project.pairs}
+    kept = replace(project, pairs=tuple(pair for pair in project.pairs if pair.id not in chosen))
+    return set_weights(kept, chosen - own, 0.0) if chosen - own else kept
+
+
+def rename_pair(project: Project, identifier: str, name: str) -> Project:
+    """Rename a pair of the user's own.
+
+    Raises
+    ------
+    LandmarkError
+        The name is empty or taken.
+    """
+    if not name.strip():
+        raise LandmarkError("a landmark needs a name")
+    if any(pair.name == name and pair.id != identifier for pair in project.pairs):
+        raise LandmarkError(f"there is a landmark named {name} already; choose another name")
+    return _replace_pair(project, identifier, name=name)
+
+
+def place_pair(project: Project, identifier: str, role: Role, place: Place) -> Project:
+    """Move one end of a pair; of a boundary pair only the target end moves, along its curve."""
+    if any(pair.id == identifier for pair in project.pairs):
+        return _replace_pair(project, identifier, **{role: place})
+    if role == "source" or not isinstance(place, float):
+        raise LandmarkError("a boundary landmark moves only along its curve, and only on the target")
+    return replace(project, moved={**project.moved, identifier: min(max(place, 0.0), 1.0)})
+
+
+def set_brain(project: Project, role: Role, brain: Brain) -> Project:
+    """Change how one brain is prepared, or which brain it is."""
+    return replace(project, **{role: brain})
+
+
+def _replace_pair(project: Project, identifier: str, **changes: object) -> Project:
+    return replace(
+        project,
+        pairs=tuple(
+            replace(pair, **changes) if pair.id == identifier else pair  # type: ignore[arg-type]
+            for pair in project.pairs
+        ),
+    )

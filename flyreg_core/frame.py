@@ -1,0 +1,49 @@
+"""Which way a brain lies in its file: the axes of the animal among the axes of the coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flyreg_core.mesh import Floats
+
+
+@dataclass(frozen=True)
+class BrainFrame:
+    """The coordinate axis (0, 1 or 2) along which each axis of the animal runs.
+
+    Coordinates grow towards the animal's left, ventrally and posteriorly, as in the images that
+    the field's templates come from: the first slice is the most anterior, the first row the most
+    dorsal, and whoever looks at it faces the fly.
+    """
+
+    left_right: int
+    dorso_ventral: int
+    antero_posterior: int
+
+    @property
+    def anterior(self) -> Floats:
+        """Unit vector that points out of the front of the brain."""
+        return -np.eye(3)[self.antero_posterior]
+
+    @property
+    def dorsal(self) -> Floats:
+        """Unit vector that points out of the top of the brain."""
+        return -np.eye(3)[self.dorso_ventral]
+
+
+def find_frame(points: Floats) -> BrainFrame:
+    """Return the frame of a brain: widest from left to right, thinnest from front to back.
+
+    Parameters
+    ----------
+    points : (n, 3) float
+        Points of the whole brain, in any unit, along the coordinate axes (not turned freely).
+
+    Notes
+    -----
+    Holds for every adult template of the field, with and without optic lobes.
+    """
+    thinnest, middle, widest = np.argsort(np.ptp(points, axis=0), kind="stable")
+    return BrainFrame(int(widest), int(middle), int(thinnest))

@@ -1,0 +1,68 @@
+"""Landmark pairs: the same place on both brains, and how strongly it pulls."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from flyreg_core.errors import LandmarkError
+
+HalfName = Literal["anterior", "posterior"]
+CurveName = Literal["upper", "lower", "left", "right", "hole"]
+Kind = Literal["upper", "lower", "left", "right", "hole", "interior"]
+Place = float | tuple[float, float, float]
+
+HALVES: tuple[HalfName, HalfName] = ("anterior", "posterior")
+CURVES: tuple[CurveName, ...] = ("upper", "lower", "left", "right", "hole")
+SHARED_CURVES: tuple[CurveName, ...] = ("upper", "lower", "hole")
+"""The curves along which the two halves meet; left and right belong to one half each."""
+
+
+@dataclass(frozen=True)
+class LandmarkPair:
+    """One named place on the source and on the target.
+
+    A place is a share of the arc length (0 to 1) of a boundary curve, or for `interior` a point
+    on the surface in micrometres. Upper and lower run from the right corner to the left one, left
+    and right from the upper corner to the lower one, the hole once around from its top towards the
+    animal's left.
+    """
+
+    id: str  # stable, unique in a project
+    name: str
+    kind: Kind
+    half: HalfName | None  # None: on a curve that both halves share, or interior
+    source: Place | None  # None: not placed yet
+    target: Place | None
+    weight: float = 1.0  # 0: not used
+    origin: Literal["boundary", "user"] = "user"
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.weight) and self.weight >= 0):
+            raise LandmarkError(
+                f"the weight of landmark {self.name} must be 0 or a positive number, not {self.weight}"
+            )
+        for place in (self.source, self.target):
+            if place is not None and isinstance(place, float) == (self.kind == "interior"):
+                raise LandmarkError(f"landmark {self.name} is {self.kind} but lies at {place}")
+
+    @property
+    def is_placed(self) -> bool:
+        """Tell whether both ends are known."""
+        return self.source is not None and self.target is not None
+
+
+@dataclass(frozen=True)
+class LandmarkParameters:
+    """Which landmark pairs are made on the boundary curves.
+
+    `pairing` says which places of a curve belong together: those at the same share of the way
+    along the animal's axis that the curve follows ("coordinate"), at the same share of arc length
+    ("arc length"), or each source vertex with the nearest target vertex in the flat domain
+    ("nearest", the paper's choice).
+    """
+
+    per_seam: int = 9  # between the corners of upper and of lower, and around the hole
+    per_side: int = 3  # between the corners of left and of right, in each half
+    pairing: Literal["coordinate", "arc length", "nearest"] = "coordinate"

@@ -1,0 +1,103 @@
+"""The values that travel between stages: surfaces in space and surfaces laid flat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from flyreg_core.errors import MeshError
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceMesh:
+    """Triangle mesh. Never modified after construction, so it is compared by identity."""
+
+    vertices: Floats  # (n, 3), micrometres
+    faces: Integers  # (m, 3), counter-clockwise seen from outside
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", read_only(self.vertices, np.float64, 3, "vertices"))
+        object.__setattr__(self, "faces", read_only(self.faces, np.int64, 3, "faces"))
+        _check_indices(self.faces, len(self.vertices))
+
+    @cached_property
+    def face_normals(self) -> Floats:
+        """(m, 3) normals of length twice the face area."""
+        a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
+        return np.cross(b - a, c - a)
+
+    @cached_property
+    def face_areas(self) -> Floats:
+        """(m,) areas, square micrometres."""
+        return np.linalg.norm(self.face_normals, axis=1) / 2
+
+    @cached_property
+    def vertex_normals(self) -> Floats:
+        """(n, 3) unit normals, area-weighted means of the faces around; 0 where there is no face."""
+        total = np.zeros_like(self.vertices)
+        for corner in range(3):
+            np.add.at(total, self.faces[:, corner], self.face_normals)
+        length = np.linalg.norm(total, axis=1, keepdims=True)
+        return np.divide(total, length, out=np.zeros_like(total), where=length > 0)
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the bounding box's diagonal, micrometres."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
+
+    @property
+    def volume(self) -> float:
+        """Enclosed volume of a closed mesh, cubic micrometres; negative if turned inside out."""
+        return float(np.einsum("ij,ij->", self.vertices[self.faces[:, 0]], self.face_normals)) / 6
+
+
+@dataclass(frozen=True, eq=False)
+class FlatMesh:
+    """A half laid flat on a strip that closes on itself: one half turn of paper around a tube.
+
+    `uv[:, 0]` runs once around (period 1, values may lie outside [0, 1)); `uv[:, 1]` runs from
+    0 on the hole to 1 on the outer boundary. `seam_jumps` says how often the coordinate of the
+    face's other corners must be shifted so that each face is one small triangle.
+    """
+
+    uv: Floats  # (n, 2)
+    faces: Integers  # (m, 3)
+    corner_shifts: Integers  # (m, 3), whole turns added to u of each corner of each face
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "uv", read_only(self.uv, np.float64, 2, "uv"))
+        object.__setattr__(self, "faces", read_only(self.faces, np.int64, 3, "faces"))
+        shifts = read_only(self.corner_shifts, np.int64, 3, "corner_shifts")
+        object.__setattr__(self, "corner_shifts", shifts)
+        _check_indices(self.faces, len(self.uv))
+
+    @cached_property
+    def corners(self) -> Floats:
+        """(m, 3, 2) uv of each face's corners, shifted so that each face is one triangle."""
+        corners = self.uv[self.faces]
+        corners[..., 0] += self.corner_shifts
+        return corners
+
+
+def read_only(values: ArrayLike, dtype: DTypeLike, columns: int, name: str) -> NDArray[np.generic]:
+    """Return an (n, columns) read-only array; one that is already read-only is shared, not copied."""
+    array = np.asarray(values, dtype=dtype, order="C")
+    if array.ndim != 2 or array.shape[1] != columns:
+        raise MeshError(f"{name} must have shape (n, {columns}), not {array.shape}")
+    if array.flags.writeable:
+        array = array.copy()
+        array.setflags(write=False)
+    return array
+
+
+def _check_indices(faces: Integers, n_vertices: int) -> None:
+    first, last = faces.min(initial=0), faces.max(initial=-1)
+    if first < 0 or last >= n_vertices:
+        raise MeshError(f"faces use vertices {first} to {last} of {n_vertices}")

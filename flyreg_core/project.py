@@ -1,0 +1,68 @@
+"""What the user decided, and nothing that follows from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from flyreg_core.cut import CutParameters
+from flyreg_core.errors import LandmarkError
+from flyreg_core.flatten import FlattenParameters
+from flyreg_core.landmarks import LandmarkPair, LandmarkParameters
+from flyreg_core.simplify import SimplifyParameters
+from flyreg_core.smooth import SmoothParameters
+from flyreg_core.solid import SolidParameters
+from flyreg_core.trim import TrimParameters
+
+Unit = Literal["nm", "um", "mm"]
+
+
+@dataclass(frozen=True)
+class BrainInput:
+    """A file or template with a brain, exactly as it was when it was chosen."""
+
+    name: str  # as given: a path or a template's label
+    path: str  # the file, absolute
+    sha256: str
+    unit: Unit
+    unit_known_by: str  # "stated by the user", "template metadata", "judged from the size"
+
+
+@dataclass(frozen=True)
+class Brain:
+    """One brain and how it is prepared."""
+
+    input: BrainInput
+    solid: SolidParameters = SolidParameters()
+    trim: TrimParameters = TrimParameters()
+    simplify: SimplifyParameters = SimplifyParameters()
+    smooth: SmoothParameters = SmoothParameters()
+    cut: CutParameters = CutParameters()
+    flatten: FlattenParameters = FlattenParameters()
+
+
+@dataclass(frozen=True)
+class Project:
+    """Everything that decides a registration. Compared by value; undo is the previous project."""
+
+    source: Brain
+    target: Brain
+    boundary: LandmarkParameters = LandmarkParameters()
+    pairs: tuple[LandmarkPair, ...] = ()  # the user's own
+    weights: Mapping[str, float] = field(default_factory=dict)  # of boundary pairs, by id; default 1
+    moved: Mapping[str, float] = field(default_factory=dict)  # target shares of boundary pairs, by id
+    smoothing: float = 1e-3  # lambda of the spline
+    view: Mapping[str, object] = field(default_factory=dict)  # what the window restores
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.smoothing) and self.smoothing >= 0):
+            raise LandmarkError(
+                f"the smoothing must be 0 or a positive number, not {self.smoothing}"
+            )
+        for identifier, weight in self.weights.items():
+            if not (math.isfinite(weight) and weight >= 0):
+                raise LandmarkError(
+                    f"the weight of landmark {identifier} must be 0 or a positive number, not {weight}"
+                )

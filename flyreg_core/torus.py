@@ -1,0 +1,98 @@
+"""Stage 2: the main brain as one closed surface with exactly one handle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+from scipy import ndimage
+
+from flyreg_core.carve import Carving, Handle, carve
+from flyreg_core.frame import BrainFrame, find_frame
+from flyreg_core.isosurface import extract_surface
+from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.progress import Report, in_chunks, within
+from flyreg_core.solid import VoxelSolid, kuhn_structure
+from flyreg_core.trim import TrimParameters, TrimPlanes, find_trim_planes, plane_depth, trim
+
+SMALLEST_DEPTH = 0.05
+"""Depth given to a voxel that lies on the other side of the original surface, in voxels."""
+
+
+@dataclass(frozen=True, eq=False)
+class Torus:
+    """The main brain: closed, one component, one handle."""
+
+    surface: SurfaceMesh
+    frame: BrainFrame
+    planes: TrimPlanes
+    handles: tuple[Handle, ...]  # widest first, exactly one of them the oesophagus
+    filled_um3: float  # volume that was added to close the other handles
+
+    @property
+    def oesophagus(self) -> Handle:
+        """The handle that was kept open."""
+        return next(handle for handle in self.handles if handle.is_oesophagus)
+
+
+def make_torus(
+    original: SurfaceMesh, solid: VoxelSolid, parameters: TrimParameters, report: Report
+) -> Torus:
+    """Return the main brain of a solid: trimmed, carved to one handle, drawn as a closed surface.
+
+    Parameters
+    ----------
+    original : SurfaceMesh
+        What the solid was made from; the new vertices lie on it within a fraction of a voxel.
+
+    Raises
+    ------
+    MeshError, TopologyError
+        See `trim.trim` and `carve.carve`.
+    """
+    frame = find_frame(original.vertices)
+    planes = find_trim_planes(solid, frame, parameters)
+    carving = carve(trim(solid, frame, planes), frame, within(report, 0.0, 0.6))
+    field = _depth(original, carving, frame, planes, within(report, 0.6, 1.0))
+    surface = extract_surface(field, solid.origin, solid.pitch)
+    filled = float(carving.filled.sum()) * solid.pitch**3
+    return Torus(surface, frame, planes, carving.handles, filled)
+
+
+def _depth(
+    original: SurfaceMesh,
+    carving: Carving,
+    frame: BrainFrame,
+    planes: TrimPlanes,
+    report: Report,
+) -> Floats:
+    """Return how deep each voxel near the surface lies inside, micrometres; negative outside.
+
+    The sign is the label's, always; the size is the distance to the original surface or to a
+    trim plane, so that the surface passes where the original does.
+    """
+    solid = carving.solid
+    inside, structure = solid.inside, kuhn_structure()
+    near = ndimage.binary_dilation(inside, structure) & ~ndimage.binary_erosion(inside, structure)
+    index = np.nonzero(near)
+    positions = solid.positions(index)
+    tree = igl.AABB()
+    tree.init(original.vertices, original.faces)
+
+    def distance(points: Floats) -> Floats:
+        squared, _, _ = tree.squared_distance(original.vertices, original.faces, points)
+        return np.sqrt(squared)
+
+    to_surface = in_chunks(distance, positions, report, "drawing the surface")
+    depth_in_planes = plane_depth(positions, frame, planes)
+    size = np.where(
+        inside[index],
+        np.minimum(to_surface, depth_in_planes),
+        np.where(depth_in_planes > 0, to_surface, np.maximum(-depth_in_planes, 0)),
+    )
+    size[carving.filled[index]] = 0
+    size = np.clip(size, SMALLEST_DEPTH * solid.pitch, None)
+    field = np.where(inside, solid.pitch, -solid.pitch)
+    field[index] = np.where(inside[index], size, -size)
+    return np.asarray(field)

@@ -1,0 +1,90 @@
+"""Stage 2a: find the necks of the optic lobes and cut the lobes off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import ndimage
+
+from flyreg_core.errors import MeshError
+from flyreg_core.frame import BrainFrame
+from flyreg_core.mesh import Floats
+from flyreg_core.solid import VoxelSolid, largest_component
+
+NECK_SEARCH = (0.45, 0.75)
+"""Where a neck is looked for, as shares of the way from the midline to the side of the brain."""
+PROFILE_BLUR = 0.02
+"""Width of the blur over the silhouette's height, as a share of the brain's width."""
+
+
+@dataclass(frozen=True)
+class TrimParameters:
+    """Where the optic lobes are cut off, along the left-right axis in micrometres; None finds it."""
+
+    right: float | None = None  # the smaller coordinate
+    left: float | None = None
+
+
+@dataclass(frozen=True)
+class TrimPlanes:
+    """The two planes that bound the main brain, as coordinates along the left-right axis."""
+
+    right: float
+    left: float
+
+
+def find_trim_planes(
+    solid: VoxelSolid, frame: BrainFrame, parameters: TrimParameters
+) -> TrimPlanes:
+    """Return the planes at the necks of the optic lobes, or where the parameters put them.
+
+    A neck is where the silhouette seen from the front is least high, between the midline and the
+    side of the brain (3.1 B of the paper leaves this to the user).
+    """
+    x = solid.coordinates(frame.left_right)
+    silhouette = solid.inside.any(axis=frame.antero_posterior)
+    if frame.left_right > frame.dorso_ventral:
+        silhouette = silhouette.T
+    occupied = np.flatnonzero(silhouette.any(axis=1))
+    height = ndimage.gaussian_filter1d(
+        silhouette.sum(axis=1).astype(float), PROFILE_BLUR * len(occupied)
+    )
+    middle, reach = (occupied[0] + occupied[-1]) / 2, (occupied[-1] - occupied[0]) / 2
+    nearest, farthest = (round(share * reach) for share in NECK_SEARCH)
+    steps = np.arange(nearest, farthest + 1)
+    towards_right = np.round(middle - steps).astype(int)
+    towards_left = np.round(middle + steps).astype(int)
+    right = float(x[towards_right[np.argmin(height[towards_right])]])
+    left = float(x[towards_left[np.argmin(height[towards_left])]])
+    return TrimPlanes(
+        right=right if parameters.right is None else parameters.right,
+        left=left if parameters.left is None else parameters.left,
+    )
+
+
+def trim(solid: VoxelSolid, frame: BrainFrame, planes: TrimPlanes) -> VoxelSolid:
+    """Return the largest piece of the solid between the two planes.
+
+    Raises
+    ------
+    MeshError
+        The planes leave nothing between them.
+    """
+    x = solid.coordinates(frame.left_right)
+    kept = (x > planes.right) & (x < planes.left)
+    shape = [1, 1, 1]
+    shape[frame.left_right] = -1
+    inside = solid.inside & kept.reshape(shape)
+    if not inside.any():
+        raise MeshError(
+            f"nothing of the brain lies between the trim planes at {planes.right:.0f} and "
+            f"{planes.left:.0f} um; it spans {x[0]:.0f} to {x[-1]:.0f} um there, so move the planes"
+        )
+    return replace(solid, inside=largest_component(inside))
+
+
+def plane_depth(positions: Floats, frame: BrainFrame, planes: TrimPlanes) -> Floats:
+    """Return how far points lie inside the nearer trim plane, micrometres; negative outside."""
+    x = positions[..., frame.left_right]
+    return np.asarray(np.minimum(x - planes.right, planes.left - x))
