@@ -12,15 +12,17 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "app"))
 
 import environment
+import programs
+import system_packages
 
 
 def main(arguments: list[str]) -> int:
     """Run pytest with the given arguments; return its exit status."""
-    environment.prepare_system(window=True, private=True)
-    environment.require_window(private=True)
+    system_packages.prepare_system(window=True, private=True)
+    system_packages.require_window(private=True)
     python = environment.set_up("test").program("python")
     with environment.private_display() as variables:
-        return environment.run(
+        return programs.run(
             [python, "-m", "pytest", *arguments],
             variables,
             folder=environment.CHECKOUT,
@@ -29,4 +31,4 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(environment.run_to_exit_status(main))
+    sys.exit(programs.run_to_exit_status(main))
