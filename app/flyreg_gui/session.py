@@ -1,0 +1,202 @@
+"""The open project, how it changes, and what is known about it."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QUndoCommand, QUndoStack
+
+from flyreg_core.pipeline import Results
+from flyreg_core.project import Project
+from flyreg_gui.failures import sentence_for
+from flyreg_gui.runner import Run, Runner
+
+NO_GESTURE = -1
+"""The id of edits that are undo steps of their own; Qt never merges commands that have it."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why the newest project has no results."""
+
+    sentence: str
+    work: str  # what was being done, as last reported
+
+
+class Session(QObject):
+    """The open project: the only place where it changes, and the only sender of the news."""
+
+    project_changed = Signal(object)  # Project or None
+    results_changed = Signal(object)  # Results or None
+    state_changed = Signal()  # what runs, what failed, what is saved
+    progressed = Signal(float, str)
+
+    def __init__(self, runner: Runner, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.project: Project | None = None
+        self.results: Results | None = None
+        self.path: Path | None = None
+        self.failure: Failure | None = None
+        self.seconds: float | None = None  # of the run whose results are on show
+        self.work = ""  # what the running work reported last
+        self.undo_stack = QUndoStack(self)
+        self._runner = runner
+        self._gestures, self._gesture = itertools.count(1), NO_GESTURE
+        self._first = 0  # runs with smaller numbers belong to a project that is closed
+        self._shown = 0  # the run whose results are on show
+        self._awaited = 0  # the newest run, until it ended one way or another
+        runner.finished.connect(self._on_finished)
+        runner.failed.connect(self._on_failed)
+        runner.stopped.connect(self._on_stopped)
+        runner.progressed.connect(self._on_progressed)
+        self.undo_stack.cleanChanged.connect(self._on_clean_changed)
+
+    # What is asked of the session
+
+    def open(self, project: Project, path: Path | None = None) -> None:
+        """Replace the project by another one; that cannot be undone."""
+        self.end_gesture()
+        self.undo_stack.clear()
+        self.path, self.results, self.seconds = path, None, None
+        self._first = self._submit(project)
+        self.results_changed.emit(None)
+        self._set(project, submit=False)
+
+    def edit(self, text: str, project: Project) -> None:
+        """Change the project; `text` says how, in the Edit menu."""
+        if self.project is not None and project != self.project:
+            self.undo_stack.push(_Replace(self, text, self.project, project, self._gesture))
+
+    def begin_gesture(self) -> None:
+        """From now until `end_gesture`, edits are one undo step: a slider drag, a landmark drag."""
+        self._gesture = next(self._gestures)
+
+    def end_gesture(self) -> None:
+        """End what `begin_gesture` began."""
+        self._gesture = NO_GESTURE
+
+    @property
+    def is_in_gesture(self) -> bool:
+        """Tell whether the user's hand is still on it."""
+        return self._gesture != NO_GESTURE
+
+    def run_again(self) -> None:
+        """Run the project once more, after it was stopped."""
+        if self.project is not None:
+            self._set(self.project)
+
+    def cancel(self) -> None:
+        """Stop the work; the project and the results on show stay as they are."""
+        self._runner.cancel()
+
+    def mark_saved(self, path: Path) -> None:
+        """Remember that the project is in this file as it is now."""
+        self.path = path
+        self.undo_stack.setClean()
+        self.state_changed.emit()
+
+    # What can be asked about it
+
+    @property
+    def is_running(self) -> bool:
+        """Tell whether results of the newest project are still to come."""
+        return self._awaited > 0
+
+    @property
+    def is_up_to_date(self) -> bool:
+        """Tell whether the results on show are those of the newest project."""
+        return self.results is not None and self._matches(self.results)
+
+    @property
+    def unsaved_changes(self) -> list[str]:
+        """What was changed since the project was saved or opened, oldest first."""
+        stack = self.undo_stack
+        if self.project is None or stack.isClean():
+            return []
+        if stack.cleanIndex() < 0 or stack.cleanIndex() > stack.index():
+            return ["changes taken back by undo"]
+        texts = [stack.text(i) for i in range(stack.cleanIndex(), stack.index())]
+        return list(dict.fromkeys(texts))
+
+    # How news comes in
+
+    def _matches(self, results: Results) -> bool:
+        return results.project is self.project or results.project == self.project
+
+    def _set(self, project: Project, *, submit: bool = True) -> None:
+        self.project = project
+        self.failure = None
+        if submit:
+            self._submit(project)
+        self.project_changed.emit(project)
+        self.state_changed.emit()
+
+    def _submit(self, project: Project) -> int:
+        self._awaited = self._runner.submit(project).number
+        return self._awaited
+
+    def _on_finished(self, run: Run, results: Results, seconds: float) -> None:
+        self._end(run)
+        if run.number >= self._first and run.number > self._shown:
+            self._shown = run.number
+            self.results, self.seconds = results, seconds
+            self.results_changed.emit(results)
+        self.state_changed.emit()
+
+    def _on_failed(self, run: Run, error: Exception) -> None:
+        sentence = sentence_for(error)
+        if run.number == self._awaited:
+            self.failure = Failure(sentence, self.work)
+        self._end(run)
+        self.state_changed.emit()
+
+    def _on_stopped(self, run: Run) -> None:
+        self._end(run)
+        self.state_changed.emit()
+
+    def _end(self, run: Run) -> None:
+        if run.number == self._awaited:
+            self._awaited = 0
+
+    def _on_progressed(self, run: Run, fraction: float, text: str) -> None:
+        if run.number >= self._first:
+            self.work = text
+            self.progressed.emit(fraction, text)
+
+    def _on_clean_changed(self, _clean: bool) -> None:
+        self.state_changed.emit()
+
+
+class _Replace(QUndoCommand):
+    """One change of the project: back to the one before, forth to the one after."""
+
+    def __init__(
+        self, session: Session, text: str, before: Project, after: Project, gesture: int
+    ) -> None:
+        super().__init__(text)
+        self._session, self._before, self._after = session, before, after
+        self._gesture = gesture
+
+    def redo(self) -> None:
+        self._session._set(self._after)
+
+    def undo(self) -> None:
+        self._session._set(self._before)
+
+    def id(self) -> int:
+        return self._gesture
+
+    def mergeWith(self, other: QUndoCommand) -> bool:
+        if not isinstance(other, _Replace):
+            return False
+        self._after = other._after
+        self.setObsolete(self._after == self._before)
+        return True
+
+
+def with_view(project: Project, view: dict[str, object]) -> Project:
+    """Return the project with what the window is to restore; not an edit, so not undone."""
+    return replace(project, view=view)

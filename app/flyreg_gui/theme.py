@@ -1,0 +1,76 @@
+"""Colours: light and dark follow the system; markers stay apart for the colour-blind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+
+Color = tuple[int, int, int]
+
+SOURCE: Color = (120, 160, 196)
+TARGET: Color = (216, 178, 120)
+
+KIND_COLORS: dict[str, Color] = {  # Okabe and Ito's palette
+    "upper": (0, 114, 178),
+    "lower": (213, 94, 0),
+    "left": (0, 158, 115),
+    "right": (204, 121, 167),
+    "hole": (120, 80, 20),
+    "interior": (240, 228, 66),
+}
+OFF: Color = (140, 140, 140)
+"""Landmarks of weight 0, whatever their kind."""
+
+
+@dataclass(frozen=True)
+class Theme:
+    """What differs between light and dark."""
+
+    is_dark: bool
+    background: Color  # of the views
+    text: Color
+    faint: Color  # outlines, captions
+    selected: Color
+    good: Color
+    busy: Color
+    bad: Color
+
+
+LIGHT = Theme(
+    is_dark=False,
+    background=(250, 250, 250),
+    text=(30, 30, 30),
+    faint=(120, 120, 125),
+    selected=(200, 0, 90),
+    good=(0, 120, 85),
+    busy=(0, 95, 160),
+    bad=(180, 50, 20),
+)
+DARK = Theme(
+    is_dark=True,
+    background=(32, 33, 36),
+    text=(235, 235, 235),
+    faint=(150, 150, 155),
+    selected=(255, 90, 170),
+    good=(70, 200, 150),
+    busy=(110, 185, 240),
+    bad=(255, 140, 100),
+)
+
+
+def current_theme() -> Theme:
+    """Return the theme of the system's colour scheme."""
+    hints = QGuiApplication.styleHints()
+    return DARK if hints.colorScheme() == Qt.ColorScheme.Dark else LIGHT
+
+
+def css(color: Color) -> str:
+    """Return a colour as Qt's style sheets and rich text write it."""
+    return "#{:02x}{:02x}{:02x}".format(*color)
+
+
+def unit(color: Color) -> tuple[float, float, float]:
+    """Return a colour as VTK writes it: three numbers from 0 to 1."""
+    return color[0] / 255, color[1] / 255, color[2] / 255

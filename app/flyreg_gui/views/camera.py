@@ -1,0 +1,91 @@
+"""Where a camera stands relative to a brain, and the link that keeps several brains in step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject
+
+from flyreg_core.frame import BrainFrame
+from flyreg_core.mesh import SurfaceMesh
+
+if TYPE_CHECKING:
+    from flyreg_gui.views.surface_view import SurfaceView
+
+Floats = NDArray[np.float64]
+
+VIEW_ANGLE = 24.0
+"""Vertical opening of the cameras, degrees."""
+MARGIN = 1.12
+"""How much more than the brain a camera sees from the front."""
+
+
+@dataclass(frozen=True, eq=False)
+class ViewSpace:
+    """A brain's own coordinates: the animal's axes, from its middle, in shares of its diagonal."""
+
+    center: Floats  # (3,)
+    diagonal: float
+    axes: Floats  # (3, 3), rows: towards the viewer's right, dorsal, anterior
+    size: Floats  # (3,), extent along the axes, in diagonals
+
+    @classmethod
+    def of(cls, surface: SurfaceMesh, frame: BrainFrame) -> ViewSpace:
+        """Return the space of a prepared brain."""
+        low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+        axes = np.stack([np.cross(frame.dorsal, frame.anterior), frame.dorsal, frame.anterior])
+        size = np.abs(axes @ (high - low)) / surface.diagonal
+        return cls((low + high) / 2, surface.diagonal, axes, size)
+
+    def inwards(self, point: Floats) -> Floats:
+        """Return file coordinates in this space."""
+        return np.asarray(self.axes @ (point - self.center) / self.diagonal)
+
+    def outwards(self, point: Floats) -> Floats:
+        """Return coordinates of this space as file coordinates."""
+        return np.asarray(self.center + self.diagonal * (point @ self.axes))
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a camera is and looks, in the space of a brain."""
+
+    position: tuple[float, ...]
+    focal_point: tuple[float, ...]
+    up: tuple[float, ...]
+
+    @classmethod
+    def from_front(cls, space: ViewSpace, aspect: float) -> Pose:
+        """Return the pose that sees the whole brain from the front, dorsal up."""
+        width, height, depth = space.size
+        half = max(height, width / max(aspect, 0.1)) / 2 * MARGIN
+        distance = half / np.tan(np.deg2rad(VIEW_ANGLE) / 2) + depth / 2
+        return cls((0.0, 0.0, float(distance)), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+
+class CameraLink(QObject):
+    """Keeps the cameras of several views at the same place relative to their brains."""
+
+    def __init__(self, views: Sequence[SurfaceView], parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._views = views
+        self.is_on = True
+        for view in views:
+            view.canvas.camera_moved.connect(lambda view=view: self._on_moved(view))
+
+    def set_on(self, on: bool) -> None:
+        """Switch the link; switched on, the other views follow the first."""
+        self.is_on = on
+        if on:
+            self._on_moved(self._views[0])
+
+    def _on_moved(self, moved: SurfaceView) -> None:
+        pose = moved.pose()
+        if self.is_on and pose is not None:
+            for view in self._views:
+                if view is not moved:
+                    view.set_pose(pose)

@@ -1,0 +1,175 @@
+"""One drawing area: a VTK scene in a Qt widget, turned and pointed at by Qt's own events."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pyvistaqt import QtInteractor
+from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtGui import QEnterEvent, QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
+from PySide6.QtWidgets import QWidget
+
+from flyreg_gui.theme import Theme, unit
+
+Floats = NDArray[np.float64]
+
+CLICK_RADIUS = 4.0
+"""How far the mouse may move, in pixels, between press and release of a click."""
+WHEEL_ZOOM = 1.15
+"""Magnification by one notch of the wheel."""
+
+
+class Canvas(QtInteractor):
+    """A scene with a camera. Left drag turns, middle or shift drag moves, right drag or wheel zooms.
+
+    VTK sees none of these events: its own keys and gestures would clash with the window's. What
+    changes the picture asks for `refresh`, and Qt draws at most once per frame.
+    """
+
+    clicked = Signal(QPointF, object)  # position in the widget, Qt.KeyboardModifiers
+    camera_moved = Signal()  # by the user's hand
+    resized = Signal()
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent, auto_update=False, multi_samples=4)
+        self.setAcceptDrops(False)
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.setMinimumSize(120, 90)
+        self._press: QPointF | None = None
+        self._last = QPointF()
+        self._is_drag = False
+
+    def refresh(self) -> None:
+        """Have the scene drawn again, soon and once."""
+        self.renderer.ResetCameraClippingRange()
+        self.update()
+
+    def show_theme(self, theme: Theme) -> None:
+        """Take the background of a theme."""
+        self.renderer.SetBackground(*unit(theme.background))
+        self.refresh()
+
+    def to_pixels(self, points: Floats) -> tuple[Floats, Floats]:
+        """Return where (n, 3) points appear, (n, 2) in the widget, and how far off, (n,)."""
+        camera = self.renderer.GetActiveCamera()
+        width, height = max(self.width(), 1), max(self.height(), 1)
+        matrix = camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
+        values = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+        clip = np.column_stack([points, np.ones(len(points))]) @ values.T
+        ndc = clip[:, :2] / clip[:, 3:]
+        pixels = np.column_stack([(ndc[:, 0] + 1) * width / 2, (1 - ndc[:, 1]) * height / 2])
+        offset = points - np.array(camera.GetPosition())
+        return pixels, offset @ np.array(camera.GetDirectionOfProjection())
+
+    def to_display(self, position: QPointF) -> tuple[float, float]:
+        """Return a position in the widget as VTK counts: device pixels from the lower left."""
+        width, height = self.ren_win.GetSize()
+        return (
+            position.x() / max(self.width(), 1) * width,
+            (1 - position.y() / max(self.height(), 1)) * height,
+        )
+
+    def micrometres_per_pixel(self) -> float:
+        """Return the length that one pixel spans at the camera's focal point."""
+        camera = self.renderer.GetActiveCamera()
+        if camera.GetParallelProjection():
+            extent = 2 * camera.GetParallelScale()
+        else:
+            extent = 2 * camera.GetDistance() * np.tan(np.deg2rad(camera.GetViewAngle()) / 2)
+        return float(extent) / max(self.height(), 1)
+
+    # Qt's events
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self._press = self._last = event.position()
+        self._is_drag = False
+        event.accept()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        self.mousePressEvent(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self._press is None or not event.buttons():
+            return
+        position = event.position()
+        moved = position - self._press
+        self._is_drag = self._is_drag or max(abs(moved.x()), abs(moved.y())) > CLICK_RADIUS
+        if self._is_drag:
+            self._drag(position - self._last, event)
+            self._last = position
+            self.refresh()
+            self.camera_moved.emit()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        is_click = self._press is not None and not self._is_drag
+        self._press = None
+        if is_click and event.button() == Qt.MouseButton.LeftButton:
+            self.clicked.emit(event.position(), event.modifiers())
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        self.zoom_at(event.position(), WHEEL_ZOOM ** (event.angleDelta().y() / 120))
+        self.refresh()
+        self.camera_moved.emit()
+        event.accept()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.resized.emit()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        event.ignore()
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        event.ignore()
+
+    def enterEvent(self, event: QEnterEvent) -> None:
+        event.accept()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        event.accept()
+
+    # What a drag does
+
+    def _drag(self, step: QPointF, event: QMouseEvent) -> None:
+        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        if event.buttons() & Qt.MouseButton.MiddleButton or shift:
+            self.pan(step)
+        elif event.buttons() & Qt.MouseButton.RightButton:
+            self.zoom_at(None, 1.01 ** -step.y())
+        else:
+            self.turn(step)
+
+    def turn(self, step: QPointF) -> None:
+        """Turn the camera around its focal point."""
+        camera = self.renderer.GetActiveCamera()
+        camera.Azimuth(-200 * step.x() / max(self.width(), 1))
+        camera.Elevation(200 * step.y() / max(self.height(), 1))
+        camera.OrthogonalizeViewUp()
+
+    def pan(self, step: QPointF) -> None:
+        """Move the scene with the mouse."""
+        camera = self.renderer.GetActiveCamera()
+        forward, up = np.array(camera.GetDirectionOfProjection()), np.array(camera.GetViewUp())
+        right = np.cross(forward, up)
+        shift = (-right * step.x() + up * step.y()) * self.micrometres_per_pixel()
+        camera.SetPosition(*(np.array(camera.GetPosition()) + shift))
+        camera.SetFocalPoint(*(np.array(camera.GetFocalPoint()) + shift))
+
+    def zoom_at(self, position: QPointF | None, factor: float) -> None:
+        """Magnify; what is at `position`, or in the middle, stays where it is."""
+        camera = self.renderer.GetActiveCamera()
+        center = QPointF(self.width() / 2, self.height() / 2)
+        away = QPointF() if position is None else position - center
+        self.pan(-away)
+        if camera.GetParallelProjection():
+            camera.SetParallelScale(camera.GetParallelScale() / factor)
+        else:
+            camera.Dolly(factor)
+        self.pan(away)
+
+
+class FlatCanvas(Canvas):
+    """A canvas for plane things: each drag moves, none turns."""
+
+    def turn(self, step: QPointF) -> None:
+        self.pan(step)

@@ -1,0 +1,238 @@
+"""What is drawn: each layer is updated in place, and makes new VTK objects only for new topology."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from pyvista import BasePlotter
+from scipy import sparse
+
+from flyreg_core.mesh import Integers
+from flyreg_gui.theme import Color, unit
+
+Floats = NDArray[np.float64]
+Colors = NDArray[np.uint8]
+
+SPHERE_RESOLUTION = 14
+LABEL_OFFSET = (8, 6)
+"""Where a label stands relative to its point, in pixels."""
+
+
+class SurfaceLayer:
+    """A mesh with a colour at each vertex."""
+
+    def __init__(self, plotter: BasePlotter, name: str, *, lit: bool = True) -> None:
+        self._plotter, self._name, self._lit = plotter, name, lit
+        self._faces: Integers | None = None
+        self._colors: Colors | None = None
+        self._normals: _VertexNormals | None = None
+        self._polydata = pv.PolyData()
+        self.actor: pv.Actor | None = None
+
+    def show(self, vertices: Floats, faces: Integers, colors: Colors) -> None:
+        """Draw a mesh; if only its vertices moved since the last time, move them."""
+        if self.actor is not None and faces is self._faces:
+            self._polydata.points[:] = vertices
+            if colors is not self._colors:
+                self._polydata.point_data["color"][:] = colors
+        else:
+            self._build(vertices, faces, colors)
+        self._faces, self._colors = faces, colors
+        if self._normals is not None:
+            self._polydata.point_data.active_normals[:] = self._normals(vertices)
+        self._polydata.Modified()
+
+    def _build(self, vertices: Floats, faces: Integers, colors: Colors) -> None:
+        points = vertices.astype(np.float32)  # a copy: VTK writes through arrays that it shares
+        self._polydata = pv.PolyData.from_regular_faces(points, faces)
+        self._polydata.point_data["color"] = np.array(colors)
+        if self._lit:
+            self._normals = _VertexNormals(faces, len(vertices))
+            normals = self._normals(vertices)
+            self._polydata.point_data.active_normals = normals
+        self.actor = self._plotter.add_mesh(
+            self._polydata,
+            name=self._name,
+            scalars="color",
+            rgb=True,
+            lighting=self._lit,
+            smooth_shading=False,
+            ambient=0.15,
+            diffuse=0.85,
+            specular=0.0,
+            copy_mesh=False,
+            pickable=self._lit,
+            reset_camera=False,
+            render=False,
+            show_scalar_bar=False,
+        )
+        if self._lit:
+            self.actor.prop.interpolation = "Phong"
+
+    def hide(self) -> None:
+        """Remove the mesh from the scene."""
+        if self.actor is not None:
+            self._plotter.remove_actor(self.actor, reset_camera=False, render=False)
+        self.actor = self._faces = self._normals = None
+
+    def set_opacity(self, opacity: float) -> None:
+        """Let through what is behind; at 0 the mesh is not drawn at all."""
+        if self.actor is not None:
+            self.actor.prop.opacity = opacity
+            self.actor.visibility = opacity > 0
+
+    def bring_forward(self, steps: float) -> None:
+        """Draw the mesh as if it were slightly nearer, over one at the same place."""
+        if self.actor is not None:
+            self.actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+            self.actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(-steps, -steps)
+
+
+class _VertexNormals:
+    """Normals of the vertices of one triangulation, for any positions of them."""
+
+    def __init__(self, faces: Integers, n_vertices: int) -> None:
+        ones = np.ones(faces.size, dtype=np.float32)
+        columns = np.repeat(np.arange(len(faces)), 3)
+        shape = (n_vertices, len(faces))
+        self._faces = faces
+        self._sum = sparse.csr_array((ones, (faces.reshape(-1), columns)), shape=shape)
+
+    def __call__(self, vertices: Floats) -> NDArray[np.float32]:
+        a, b, c = (vertices.astype(np.float32)[self._faces[:, i]] for i in range(3))
+        total = self._sum @ np.cross(b - a, c - a)
+        length = np.linalg.norm(total, axis=1, keepdims=True)
+        return np.asarray(total / np.maximum(length, 1e-12), dtype=np.float32)
+
+
+class MarkerLayer:
+    """Balls at points, each with its own colour and size."""
+
+    def __init__(self, plotter: BasePlotter, *, flat: bool = False) -> None:
+        sphere = pv.Sphere(
+            radius=1.0, theta_resolution=SPHERE_RESOLUTION, phi_resolution=SPHERE_RESOLUTION
+        )
+        self._polydata = pv.PolyData()
+        self._mapper = pv._vtk.vtkGlyph3DMapper()
+        self._mapper.SetSourceData(sphere)
+        self._mapper.SetInputData(self._polydata)
+        self._mapper.SetScaleArray("radius")
+        self._mapper.SetScaleModeToScaleByMagnitude()
+        self._mapper.SetScalarModeToUsePointFieldData()
+        self._mapper.SelectColorArray("color")
+        self._mapper.SetColorModeToDirectScalars()
+        self.actor = pv._vtk.vtkActor()
+        self.actor.SetMapper(self._mapper)
+        self.actor.PickableOff()
+        self.actor.GetProperty().SetLighting(not flat)
+        self.actor.GetProperty().SetAmbient(0.35)
+        self.actor.VisibilityOff()
+        plotter.renderer.AddActor(self.actor)
+
+    def show(self, points: Floats, radii: Floats, colors: Colors) -> None:
+        """Draw balls at (n, 3) points."""
+        self.actor.SetVisibility(len(points) > 0)
+        if not len(points):
+            return
+        if self._polydata.n_points == len(points):
+            self._polydata.points[:] = points
+        else:
+            self._polydata = pv.PolyData(points.astype(np.float32))
+            self._mapper.SetInputData(self._polydata)
+        self._polydata.point_data["radius"] = radii.astype(np.float32)
+        self._polydata.point_data["color"] = np.array(colors)
+        self._polydata.Modified()
+
+
+class LineLayer:
+    """Line segments of one colour."""
+
+    def __init__(self, plotter: BasePlotter, color: Color, width: float = 1.0) -> None:
+        self._polydata = pv.PolyData()
+        self._segments: Integers | None = None
+        self._mapper = pv._vtk.vtkPolyDataMapper()
+        self._mapper.ScalarVisibilityOff()
+        self.actor = pv._vtk.vtkActor()
+        self.actor.SetMapper(self._mapper)
+        self.actor.PickableOff()
+        self.actor.GetProperty().SetLighting(False)
+        self.actor.GetProperty().SetLineWidth(width)
+        self.actor.VisibilityOff()
+        self.set_color(color)
+        plotter.renderer.AddActor(self.actor)
+
+    def set_color(self, color: Color, opacity: float = 1.0) -> None:
+        """Draw in another colour."""
+        self.actor.GetProperty().SetColor(*unit(color))
+        self.actor.GetProperty().SetOpacity(opacity)
+
+    def set_width(self, width: float) -> None:
+        """Draw lines of another width, in pixels."""
+        self.actor.GetProperty().SetLineWidth(width)
+
+    def show(self, points: Floats, segments: Integers) -> None:
+        """Draw a line between the two points of each row of `segments` (m, 2)."""
+        self.actor.SetVisibility(len(segments) > 0)
+        if not len(segments):
+            return
+        if segments is self._segments and self._polydata.n_points == len(points):
+            self._polydata.points[:] = points
+        else:
+            lines = np.column_stack([np.full(len(segments), 2), segments]).astype(np.int64)
+            self._polydata = pv.PolyData(points.astype(np.float32), lines=lines.reshape(-1))
+            self._mapper.SetInputData(self._polydata)
+            self._segments = segments
+        self._polydata.Modified()
+
+    def show_pairs(self, starts: Floats, ends: Floats) -> None:
+        """Draw a line from each start to the end in the same row."""
+        index = np.arange(2 * len(starts), dtype=np.int64).reshape(-1, 2)
+        points = np.stack([starts, ends], axis=1).reshape(-1, 3)
+        self.show(points, index)
+
+
+class LabelLayer:
+    """A few short texts, each beside its point, always in front and upright."""
+
+    def __init__(self, plotter: BasePlotter, size: int = 12, *, centered: bool = False) -> None:
+        self._plotter, self._size, self._centered = plotter, size, centered
+        self._actors: list[pv._vtk.vtkBillboardTextActor3D] = []
+        self._scale = 1.0
+        self._color: Color = (0, 0, 0)
+        self._background: Color = (255, 255, 255)
+
+    def set_style(self, color: Color, background: Color, scale: float) -> None:
+        """Take the colours of a theme and the device's pixels per point."""
+        self._color, self._background, self._scale = color, background, scale
+        for actor in self._actors:
+            self._style(actor)
+
+    def show(self, points: Floats, texts: Sequence[str]) -> None:
+        """Write one text beside each of the (n, 3) points."""
+        while len(self._actors) < len(texts):
+            actor = pv._vtk.vtkBillboardTextActor3D()
+            actor.PickableOff()
+            self._style(actor)
+            self._plotter.renderer.AddActor(actor)
+            self._actors.append(actor)
+        for i, actor in enumerate(self._actors):
+            actor.SetVisibility(i < len(texts))
+            if i < len(texts):
+                actor.SetInput(texts[i])
+                actor.SetPosition(*points[i])
+
+    def _style(self, actor: pv._vtk.vtkBillboardTextActor3D) -> None:
+        if not self._centered:
+            actor.SetDisplayOffset(*(round(self._scale * offset) for offset in LABEL_OFFSET))
+        style = actor.GetTextProperty()
+        style.SetFontSize(round(self._scale * self._size))
+        style.SetColor(*unit(self._color))
+        if self._centered:
+            style.SetJustificationToCentered()
+            style.SetVerticalJustificationToCentered()
+        else:
+            style.SetBackgroundColor(*unit(self._background))
+            style.SetBackgroundOpacity(0.75)

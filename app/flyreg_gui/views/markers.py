@@ -1,0 +1,53 @@
+"""How landmarks look: the same colour and size in each view, by kind, weight and selection."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flyreg_core.pipeline import PlacedLandmark
+from flyreg_gui.theme import KIND_COLORS, OFF, Theme
+
+Floats = NDArray[np.float64]
+
+SELECTED_SIZE = 1.6
+OFF_SIZE = 0.65
+SIZE_PER_DECADE = 0.3
+"""How much larger a landmark of ten times the weight is."""
+SMALLEST, LARGEST = 0.6, 1.7
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerStyle:
+    """Ids, relative sizes and colours of landmarks, row by row."""
+
+    ids: tuple[str, ...]
+    names: tuple[str, ...]
+    sizes: Floats  # (n,)
+    colors: NDArray[np.uint8]  # (n, 3)
+    is_selected: NDArray[np.bool_]  # (n,)
+
+
+def style_markers(
+    landmarks: Sequence[PlacedLandmark], selected: Collection[str], theme: Theme
+) -> MarkerStyle:
+    """Return how landmarks look."""
+    pairs = [landmark.pair for landmark in landmarks]
+    is_selected = np.array([pair.id in selected for pair in pairs], dtype=bool)
+    sizes = np.array([size_of(pair.weight) for pair in pairs])
+    colors = [KIND_COLORS[pair.kind] if pair.weight > 0 else OFF for pair in pairs]
+    array = np.array(colors, dtype=np.uint8).reshape(-1, 3)
+    array[is_selected] = theme.selected
+    sizes = np.where(is_selected, np.maximum(sizes, 1.0) * SELECTED_SIZE, sizes)
+    ids, names = tuple(pair.id for pair in pairs), tuple(pair.name for pair in pairs)
+    return MarkerStyle(ids, names, sizes, array, is_selected)
+
+
+def size_of(weight: float) -> float:
+    """Return the relative size of a landmark's marker; 1 at weight 1."""
+    if weight <= 0:
+        return OFF_SIZE
+    return float(np.clip(1 + SIZE_PER_DECADE * np.log10(weight), SMALLEST, LARGEST))

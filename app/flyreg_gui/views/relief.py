@@ -1,0 +1,35 @@
+"""Shading of a surface by its bumps and grooves, so that anatomy stays visible when it is moved."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.smooth import averaging_matrix
+from flyreg_gui.theme import Color
+
+PASSES = 40
+"""How far the surface is smoothed to tell bumps from the rest."""
+DARKEST, LIGHTEST = 0.55, 1.3
+"""Brightness of the deepest groove and of the highest bump."""
+
+
+def relief_colors(surface: SurfaceMesh, color: Color) -> NDArray[np.uint8]:
+    """Return an (n, 3) colour for each vertex: bumps lighter, grooves darker.
+
+    Carried along with the vertices, it shows where the bumps of one brain land on another.
+    """
+    matrix = averaging_matrix(surface.faces, len(surface.vertices))
+    smoothed = np.array(surface.vertices)
+    for _ in range(PASSES):
+        smoothed = matrix @ smoothed
+    height = np.einsum("ij,ij->i", surface.vertices - smoothed, surface.vertex_normals)
+    return _tinted(height, color)
+
+
+def _tinted(height: Floats, color: Color) -> NDArray[np.uint8]:
+    low, high = np.percentile(height, [4, 96])
+    share = np.clip((height - low) / max(high - low, 1e-12), 0, 1)[:, None]
+    brightness = DARKEST + (LIGHTEST - DARKEST) * share
+    return np.clip(np.array(color) * brightness, 0, 255).astype(np.uint8)

@@ -1,0 +1,179 @@
+"""A brain in space with its landmarks."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF
+
+from flyreg_core.mesh import Floats, Integers
+from flyreg_gui.theme import Theme
+from flyreg_gui.views.camera import VIEW_ANGLE, Pose, ViewSpace
+from flyreg_gui.views.canvas import Canvas
+from flyreg_gui.views.layers import LabelLayer, MarkerLayer, SurfaceLayer
+from flyreg_gui.views.markers import MarkerStyle
+from flyreg_gui.views.picking import SurfacePicker, nearest_marker
+
+MARKER_RADIUS = 0.009
+"""Radius of a landmark of weight 1, as a share of the brain's diagonal."""
+OVERLAY_STEPS = 4.0
+
+NO_POINTS = np.zeros((0, 3))
+
+
+class SurfaceView:
+    """One surface, perhaps one over it, landmarks, and a point that waits for its partner."""
+
+    def __init__(self, canvas: Canvas) -> None:
+        self.canvas = canvas
+        self.surface = SurfaceLayer(canvas, "surface")
+        self.overlay = SurfaceLayer(canvas, "overlay")
+        self._markers, self._waiting = MarkerLayer(canvas), MarkerLayer(canvas)
+        self._labels = LabelLayer(canvas)
+        self._picker = SurfacePicker(canvas)
+        self._points, self._radii = NO_POINTS, np.zeros(0)
+        self._ids: tuple[str, ...] = ()
+        self._space: ViewSpace | None = None
+        self._theme: Theme | None = None
+        self._is_home = True
+        self._overlay_opacity = 0.0
+        canvas.renderer.GetActiveCamera().SetViewAngle(VIEW_ANGLE)
+        canvas.camera_moved.connect(self._on_camera_moved)
+        canvas.resized.connect(self._on_resized)
+
+    # What is on show
+
+    def show_theme(self, theme: Theme) -> None:
+        """Take the colours of a theme."""
+        self._theme = theme
+        scale = self.canvas.devicePixelRatioF()
+        self._labels.set_style(theme.text, theme.background, scale)
+        self.canvas.show_theme(theme)
+
+    def show_surface(
+        self, vertices: Floats, faces: Integers, colors: NDArray[np.uint8], space: ViewSpace
+    ) -> None:
+        """Draw the brain; the camera moves only to a brain that was not on show before."""
+        self.surface.show(vertices, faces, colors)
+        if space is not self._space:
+            was_home = self._is_home or self._space is None
+            pose = self.pose()
+            self._space = space
+            if was_home or pose is None:
+                self.go_home()
+            else:
+                self.set_pose(pose)
+        self.canvas.refresh()
+
+    def show_overlay(
+        self, vertices: Floats, faces: Integers, colors: NDArray[np.uint8]
+    ) -> None:
+        """Draw a second brain over the first, as far as the opacity lets it."""
+        self.overlay.show(vertices, faces, colors)
+        self.overlay.bring_forward(OVERLAY_STEPS)
+        self.overlay.set_opacity(self._overlay_opacity)
+
+    def set_overlay_opacity(self, opacity: float) -> None:
+        """Let the second brain cover the first more or less."""
+        self._overlay_opacity = opacity
+        self.overlay.set_opacity(opacity)
+        self.canvas.refresh()
+
+    def show_landmarks(self, points: Floats, style: MarkerStyle) -> None:
+        """Draw landmarks at (n, 3) points."""
+        self._ids, self._points = style.ids, points
+        self._radii = style.sizes * self._unit_radius()
+        self._markers.show(points, self._radii, style.colors)
+        chosen = np.flatnonzero(style.is_selected)[:3]
+        self._labels.show(points[chosen], [style.names[i] for i in chosen])
+        self.canvas.refresh()
+
+    def show_waiting_point(self, point: tuple[float, float, float] | None) -> None:
+        """Draw a point that is half of a landmark pair, or none."""
+        points = NO_POINTS if point is None else np.array([point])
+        color = self._theme.good if self._theme else (0, 120, 85)
+        colors = np.tile(np.array(color, dtype=np.uint8), (len(points), 1))
+        self._waiting.show(points, np.full(len(points), 1.4 * self._unit_radius()), colors)
+        self.canvas.refresh()
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.surface.hide()
+        self.overlay.hide()
+        self._space = None
+        self._is_home = True
+        for markers in (self._markers, self._waiting):
+            markers.show(NO_POINTS, np.zeros(0), np.zeros((0, 3), dtype=np.uint8))
+        self._labels.show(NO_POINTS, [])
+        self._ids, self._points = (), NO_POINTS
+        self.canvas.refresh()
+
+    def _unit_radius(self) -> float:
+        return MARKER_RADIUS * self._space.diagonal if self._space else 1.0
+
+    # What is under the mouse
+
+    def landmark_at(self, position: QPointF) -> str | None:
+        """Return the id of the visible landmark at a position in the widget."""
+        actor = self.surface.actor
+        surface = (self._picker, actor) if actor is not None else None
+        index = nearest_marker(self.canvas, position, self._points, self._radii, surface)
+        return None if index is None else self._ids[index]
+
+    def point_at(self, position: QPointF) -> tuple[float, float, float] | None:
+        """Return the point of the surface's front at a position in the widget."""
+        if self.surface.actor is None:
+            return None
+        hit = self._picker.pick(position, self.surface.actor)
+        return None if hit is None else hit.point
+
+    # The camera
+
+    def go_home(self) -> None:
+        """See the whole brain from the front."""
+        if self._space is not None:
+            aspect = self.canvas.width() / max(self.canvas.height(), 1)
+            self.set_pose(Pose.from_front(self._space, aspect))
+        self._is_home = True
+
+    def pose(self) -> Pose | None:
+        """Return where the camera is, relative to the brain."""
+        space, camera = self._space, self.canvas.renderer.GetActiveCamera()
+        if space is None:
+            return None
+        return Pose(
+            tuple(space.inwards(np.array(camera.GetPosition())).tolist()),
+            tuple(space.inwards(np.array(camera.GetFocalPoint())).tolist()),
+            tuple((space.axes @ np.array(camera.GetViewUp())).tolist()),
+        )
+
+    def set_pose(self, pose: Pose) -> None:
+        """Put the camera where another view's is, relative to the brain."""
+        if self._space is None:
+            return
+        camera = self.canvas.renderer.GetActiveCamera()
+        camera.SetPosition(*self._space.outwards(np.array(pose.position)))
+        camera.SetFocalPoint(*self._space.outwards(np.array(pose.focal_point)))
+        camera.SetViewUp(*(np.array(pose.up) @ self._space.axes))
+        self._is_home = False
+        self.canvas.refresh()
+
+    def look_at(self, identifier: str) -> None:
+        """Turn the camera to a landmark, from the distance it has."""
+        if identifier in self._ids and self._space is not None:
+            camera = self.canvas.renderer.GetActiveCamera()
+            point = self._points[self._ids.index(identifier)]
+            outwards = point - self._space.center
+            outwards /= max(float(np.linalg.norm(outwards)), 1e-9)
+            camera.SetFocalPoint(*point)
+            camera.SetPosition(*(point + outwards * camera.GetDistance()))
+            camera.OrthogonalizeViewUp()
+            self.canvas.refresh()
+            self.canvas.camera_moved.emit()
+
+    def _on_camera_moved(self) -> None:
+        self._is_home = False
+
+    def _on_resized(self) -> None:
+        if self._is_home:
+            self.go_home()
