@@ -14,6 +14,7 @@ import os
 import platform
 import select
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -31,6 +32,7 @@ CHECKOUT = Path(__file__).resolve().parent.parent
 TEMPLATES = ["flybrains>=0.6"]
 RECORD_NAME = "flyreg-environment.json"
 SECONDS_FOR_DISPLAY = 30.0
+SECONDS_FOR_ANSWER = 2.0
 XVFB = ["Xvfb", "-screen", "0", "1600x1000x24", "+extension", "GLX", "-nolisten", "tcp", "-noreset"]
 
 
@@ -225,9 +227,32 @@ def _try_to_lock(descriptor: int) -> bool:
 
 def has_display() -> bool:
     """Tell whether a window can be shown to somebody."""
-    if not sys.platform.startswith("linux"):
+    if not sys.platform.startswith("linux") or os.environ.get("WAYLAND_DISPLAY"):
         return True
-    return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
+    named = os.environ.get("DISPLAY", "")
+    if named and not _answers(named):
+        say(f"no display answers at DISPLAY={named}")
+        return False
+    return bool(named)
+
+
+def _answers(display: str) -> bool:
+    """Tell whether an X server listens where DISPLAY says; sessions often outlive theirs."""
+    host, _, numbers = display.rpartition(":")
+    number = int("0" + numbers.split(".")[0])
+    path = f"/tmp/.X11-unix/X{number}"
+    addresses: list[tuple[socket.AddressFamily, Any]] = [
+        (socket.AF_UNIX, path),
+        (socket.AF_UNIX, f"\0{path}"),
+    ]
+    if host not in ("", "unix"):
+        addresses = [(socket.AF_INET, (host, 6000 + number))]
+    for family, address in addresses:
+        with socket.socket(family) as attempt, contextlib.suppress(OSError):
+            attempt.settimeout(SECONDS_FOR_ANSWER)
+            attempt.connect(address)
+            return True
+    return False
 
 
 @contextlib.contextmanager

@@ -130,8 +130,8 @@ def require(purpose: str, missing: dict[str, str]) -> None:
 
 
 def require_window(*, private: bool) -> None:
-    """Raise a SetUpError unless a window can be opened, as far as system libraries go."""
-    require("a window", missing_for_windows(private=private))
+    """Raise a SetUpError unless a window can be opened, as far as system packages go."""
+    require("a window, unlike the flyreg command,", missing_for_windows(private=private))
 
 
 def prepare_system(*, window: bool, private: bool) -> None:

@@ -157,11 +157,25 @@ def test_two_private_displays_do_not_meet(display: dict[str, str]) -> None:
 
 
 @pytest.mark.window
-def test_a_private_display_ends_with_its_block(display: dict[str, str]) -> None:
+@pytest.mark.usefixtures("display")
+def test_a_private_display_ends_with_its_block() -> None:
     with environment.private_display() as other:
         socket = Path("/tmp/.X11-unix") / f"X{other['DISPLAY'][1:]}"
         assert socket.exists()
     assert not socket.exists()
+
+
+@pytest.mark.window
+@pytest.mark.usefixtures("display")
+def test_a_display_counts_only_while_it_answers(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with environment.private_display() as other:
+        monkeypatch.setenv("DISPLAY", f"{other['DISPLAY']}.0")
+        assert environment.has_display()
+    assert not environment.has_display()
+    assert f"no display answers at DISPLAY={other['DISPLAY']}" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
