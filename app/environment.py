@@ -239,7 +239,10 @@ def has_display() -> bool:
 def _answers(display: str) -> bool:
     """Tell whether an X server listens where DISPLAY says; sessions often outlive theirs."""
     host, _, numbers = display.rpartition(":")
-    number = int("0" + numbers.split(".")[0])
+    digits = numbers.split(".")[0]
+    if not digits.isdecimal():
+        return False
+    number = int(digits)
     path = f"/tmp/.X11-unix/X{number}"
     addresses: list[tuple[socket.AddressFamily, Any]] = [
         (socket.AF_UNIX, path),

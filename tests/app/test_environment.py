@@ -178,6 +178,11 @@ def test_a_display_counts_only_while_it_answers(
     assert f"no display answers at DISPLAY={other['DISPLAY']}" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("display", ["nonsense", ":", "localhost:"])
+def test_a_display_without_a_number_does_not_answer(display: str) -> None:
+    assert not environment._answers(display)
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
 @pytest.mark.parametrize(("number", "status"), [(2, 130), (15, 143)])
 def test_a_signal_ends_the_program_and_what_it_runs_without_a_traceback(
