@@ -60,11 +60,10 @@ class SurfaceMesh:
 
 @dataclass(frozen=True, eq=False)
 class FlatMesh:
-    """A half laid flat on a strip that closes on itself: one half turn of paper around a tube.
+    """A half laid flat on a strip that closes on itself.
 
     `uv[:, 0]` runs once around (period 1, values may lie outside [0, 1)); `uv[:, 1]` runs from
-    0 on the hole to 1 on the outer boundary. `seam_jumps` says how often the coordinate of the
-    face's other corners must be shifted so that each face is one small triangle.
+    0 on the hole to 1 on the outer boundary.
     """
 
     uv: Floats  # (n, 2)

@@ -17,8 +17,10 @@ def half_edges(faces: Integers) -> Integers:
 
 def unique_edges(faces: Integers) -> tuple[Integers, Integers]:
     """Return each undirected edge once, lower vertex first, and in how many faces it lies."""
-    edges, counts = np.unique(np.sort(half_edges(faces), axis=1), axis=0, return_counts=True)
-    return edges, counts.astype(np.int64)
+    n = int(faces.max(initial=-1)) + 1
+    low, high = np.sort(half_edges(faces), axis=1).T
+    keys, counts = np.unique(low * n + high, return_counts=True)
+    return np.stack(np.divmod(keys, max(n, 1)), axis=1), counts.astype(np.int64)
 
 
 def count_open_and_non_manifold_edges(faces: Integers) -> tuple[int, int]:
@@ -29,10 +31,10 @@ def count_open_and_non_manifold_edges(faces: Integers) -> tuple[int, int]:
 
 def is_closed(faces: Integers) -> bool:
     """Tell whether each directed edge has exactly one opposite: watertight and consistently oriented."""
-    directed = half_edges(faces)
-    forward = np.unique(directed, axis=0)
-    backward = np.unique(directed[:, ::-1], axis=0)
-    return len(forward) == len(directed) and np.array_equal(forward, backward)
+    n = int(faces.max(initial=-1)) + 1
+    start, end = half_edges(faces).T
+    forward, backward = np.unique(start * n + end), np.unique(end * n + start)
+    return len(forward) == len(start) and np.array_equal(forward, backward)
 
 
 def euler_characteristic(faces: Integers) -> int:

@@ -27,6 +27,7 @@ class Torus:
     surface: SurfaceMesh
     frame: BrainFrame
     planes: TrimPlanes
+    pitch: float  # edge of the voxels it was drawn from, micrometres
     handles: tuple[Handle, ...]  # widest first, exactly one of them the oesophagus
     filled_um3: float  # volume that was added to close the other handles
 
@@ -57,7 +58,7 @@ def make_torus(
     field = _depth(original, carving, frame, planes, within(report, 0.6, 1.0))
     surface = extract_surface(field, solid.origin, solid.pitch)
     filled = float(carving.filled.sum()) * solid.pitch**3
-    return Torus(surface, frame, planes, carving.handles, filled)
+    return Torus(surface, frame, planes, solid.pitch, carving.handles, filled)
 
 
 def _depth(

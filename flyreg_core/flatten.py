@@ -1,0 +1,267 @@
+"""Stage 5: a half, a ring, laid flat on a strip that closes on itself, no triangle flipped.
+
+Each inner vertex is the mean of its neighbours (Tutte). On a strip whose two edges are the two
+boundaries this is one-to-one for any ring without chords; pinned to a rectangle with a hole it is
+not. `rectangle` shows the strip as the paper's rectangle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.linalg import splu
+
+from flyreg_core.errors import MeshError
+from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers
+from flyreg_core.orientation import signed_areas
+from flyreg_core.progress import Report
+from flyreg_core.rectangle import wrapped
+from flyreg_core.smooth import averaging_matrix
+from flyreg_core.topology import half_edges, unique_edges
+
+SMALLEST_AREA = 1e-300
+"""Stands for the area of a face that rounding has flattened."""
+STRONGEST_CHANGE = 6.0
+"""No round changes a weight by more than this factor's logarithm."""
+
+
+@dataclass(frozen=True)
+class FlattenParameters:
+    """How the means are found: None solves for them; a number takes that many averaging passes.
+
+    The paper takes about 500 passes, which do not reach the fixed point; triangles may be flipped.
+    """
+
+    passes: int | None = None
+    rounds: int = 2  # of weighing the means so that areas come out even
+
+
+@dataclass(frozen=True, eq=False)
+class Ring:
+    """A half's faces with its two boundaries, each in the direction in which u grows."""
+
+    faces: Integers  # (m, 3)
+    outer: Integers  # (b,)
+    outer_u: Floats  # (b,), growing by less than half a turn from each to the next, once around
+    hole: Integers  # (c,)
+    hole_u: Floats  # (c,)
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices, all of which faces use."""
+        return int(self.faces.max()) + 1
+
+
+def flatten(
+    ring: Ring, face_areas: Floats, parameters: FlattenParameters, report: Report
+) -> FlatMesh:
+    """Return the strip coordinates in which each inner vertex is a mean of its neighbours.
+
+    Parameters
+    ----------
+    face_areas : (m,) float
+        Areas on the surface; where flat faces come out too small, the next round's means are
+        weighed so that they grow.
+
+    Notes
+    -----
+    Solves L u = sum of jumps, L v = 0 with u and v given on both boundaries (v = 0 on the hole, 1
+    outside), L the graph Laplacian. A jump of one turn is charged wherever an edge crosses a path
+    of faces from the hole to the outside. Of the ways to twist the strip by whole turns between
+    its two edges, the one of least energy is taken. One-to-one by the theorem of Tutte and Floater
+    in its form for cylinders. One sparse factorisation.
+
+    References
+    ----------
+    3.1 D of the paper. Tutte, How to draw a graph, Proc. LMS 13, 1963. Floater, One-to-one piecewise
+    linear mappings over triangulations, Math. Comp. 72, 2003. Groiss, Jüttler, Mokriš, 2021 (rings).
+    """
+    report(0.0, "flattening")
+    edges, jumps = edge_jumps(ring)
+    u, v = _boundary_values(ring, edges, jumps)
+    is_fixed = np.zeros(ring.n_vertices, dtype=bool)
+    is_fixed[ring.outer] = is_fixed[ring.hole] = True
+    shifts = _corner_shifts(ring.faces, edges, jumps)
+    if parameters.passes is not None:
+        u, v = _pass_means(ring, edges, jumps, is_fixed, u, v, parameters.passes, report)
+        return FlatMesh(np.stack([u, v], axis=1), ring.faces, shifts)
+    weights = np.ones(len(edges))
+    for done in range(parameters.rounds + 1):
+        report(done / (parameters.rounds + 1), "flattening")
+        u, v = solve_means(edges, jumps, weights, is_fixed, u, v)
+        u, v = _least_twisted(edges, jumps, weights, u, v)
+        flat = FlatMesh(np.stack([u, v], axis=1), ring.faces, shifts)
+        weights = weights * _crowding(flat, edges, face_areas)
+    return flat
+
+
+def solve_means(
+    edges: Integers, jumps: Integers, weights: Floats, is_fixed: Booleans, u: Floats, v: Floats
+) -> tuple[Floats, Floats]:
+    """Return u and v with each free vertex the weighted mean of its neighbours; fixed ones as given."""
+    n = len(u)
+    i, j = edges[:, 0], edges[:, 1]
+    adjacency = sparse.coo_array(
+        (np.concatenate([weights, weights]), (np.concatenate([i, j]), np.concatenate([j, i]))), (n, n)
+    ).tocsr()
+    laplacian = sparse.dia_array((adjacency.sum(axis=1)[None], [0]), shape=(n, n)).tocsr() - adjacency
+    charge = np.bincount(i, weights * jumps, n) - np.bincount(j, weights * jumps, n)
+    free = np.flatnonzero(~is_fixed)
+    fixed = np.flatnonzero(is_fixed)
+    rows = laplacian[free]
+    known = np.stack([u[fixed], v[fixed]], axis=1)
+    right = np.stack([charge[free], np.zeros(len(free))], axis=1) - rows[:, fixed] @ known
+    solver = splu(
+        rows[:, free].tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
+    )
+    solution = solver.solve(right)
+    solved = np.stack([u, v], axis=1)
+    solved[free] = solution
+    return solved[:, 0], solved[:, 1]
+
+
+def edge_jumps(ring: Ring) -> tuple[Integers, Integers]:
+    """Return the edges, and what to add to u of the second end when seen from the first."""
+    edges, _ = unique_edges(ring.faces)
+    n = ring.n_vertices
+    crossed = _path_of_half_edges(ring)
+    jumps = np.zeros(len(edges), dtype=np.int64)
+    low, high = np.sort(crossed, axis=1).T
+    place = np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
+    jumps[place] = np.where(crossed[:, 0] == low, 1, -1)
+    around = np.stack([ring.outer, np.roll(ring.outer, -1)], axis=1)
+    turns = _jumps_of(around, edges, jumps, n).sum()
+    return edges, jumps if turns == 1 else -jumps
+
+
+def _path_of_half_edges(ring: Ring) -> Integers:
+    """Return the half-edges, one per step, through which a path of faces leaves hole for outside.
+
+    Crossing a half-edge (a, b) outwards of its face, a lies on the right.
+    """
+    m, n = len(ring.faces), ring.n_vertices
+    directed = half_edges(ring.faces)
+    face = np.tile(np.arange(m), 3)
+    key, opposite = directed[:, 0] * n + directed[:, 1], directed[:, 1] * n + directed[:, 0]
+    order = np.argsort(key)
+    place = np.minimum(np.searchsorted(key[order], opposite), len(key) - 1)
+    twin = np.where(key[order][place] == opposite, order[place], -1)
+    inner = np.flatnonzero(twin >= 0)
+    dual = sparse.coo_array((np.ones(len(inner)), (face[inner], face[twin[inner]])), (m, m))
+    on_hole, on_outer = (np.isin(directed, loop).all(axis=1) & (twin < 0) for loop in (ring.hole, ring.outer))
+    start = int(face[np.flatnonzero(on_hole)[0]])
+    distance, before = dijkstra(dual.tocsr(), indices=start, unweighted=True, return_predecessors=True)
+    ends = face[on_outer]
+    last = int(ends[distance[ends].argmin()])
+    half_edge_between = {(int(face[h]), int(face[twin[h]])): h for h in inner}
+    first_edge = np.flatnonzero(on_hole & (face == start))[0]
+    path = [directed[np.flatnonzero(on_outer & (face == last))[0]]]
+    while last != start:
+        previous = int(before[last])
+        path.append(directed[half_edge_between[previous, last]])
+        last = previous
+    path.append(directed[first_edge][::-1])
+    return np.array(path)
+
+
+def _jumps_of(directed: Integers, edges: Integers, jumps: Integers, n: int) -> Integers:
+    low, high = np.sort(directed, axis=1).T
+    place = np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
+    return np.asarray(np.where(directed[:, 0] == low, jumps[place], -jumps[place]))
+
+
+def _corner_shifts(faces: Integers, edges: Integers, jumps: Integers) -> Integers:
+    n = int(faces.max()) + 1
+    shifts = np.zeros_like(faces)
+    for corner in (1, 2):
+        shifts[:, corner] = _jumps_of(faces[:, [0, corner]], edges, jumps, n)
+    return shifts
+
+
+def _boundary_values(ring: Ring, edges: Integers, jumps: Integers) -> tuple[Floats, Floats]:
+    """Return u and v with both boundaries set, u shifted by whole turns to suit the jumps."""
+    u, v = np.zeros(ring.n_vertices), np.zeros(ring.n_vertices)
+    for loop, given in ((ring.outer, ring.outer_u), (ring.hole, ring.hole_u)):
+        step = wrapped(np.diff(given))
+        crossed = _jumps_of(np.stack([loop[:-1], loop[1:]], axis=1), edges, jumps, ring.n_vertices)
+        u[loop] = given[0] + np.concatenate([[0.0], np.cumsum(step - crossed)])
+    v[ring.outer] = 1.0
+    return u, v
+
+
+def _crowding(flat: FlatMesh, edges: Integers, face_areas: Floats) -> Floats:
+    """Return for each edge how much flat area its faces have for their area on the surface.
+
+    Springs weakened where the flat faces are crowded let them grow (Yoshizawa, Belyaev, Seidel).
+    """
+    n = int(flat.faces.max()) + 1
+    flat_areas = np.maximum(signed_areas(flat.corners), SMALLEST_AREA)
+    ratio = np.log(flat_areas / flat_areas.sum()) - np.log(face_areas / face_areas.sum())
+    low, high = np.sort(half_edges(flat.faces), axis=1).T
+    edge = np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
+    total = np.bincount(edge, np.tile(ratio, 3), len(edges))
+    mean = total / np.bincount(edge, minlength=len(edges))
+    return np.asarray(np.exp(np.clip(mean / 2, -STRONGEST_CHANGE, STRONGEST_CHANGE)))
+
+
+def _least_twisted(
+    edges: Integers, jumps: Integers, weights: Floats, u: Floats, v: Floats
+) -> tuple[Floats, Floats]:
+    """Turn the hole by the whole turns that make the sum of squared edges in u least.
+
+    Adding m turns at the hole adds m (1 - v) to the solution, so the best m is closed form.
+    """
+    i, j = edges.T
+    along, across = u[j] + jumps - u[i], v[i] - v[j]
+    turns = np.round(-(weights * along @ across) / (weights * across @ across))
+    return u + turns * (1 - v), v
+
+
+def _pass_means(
+    ring: Ring,
+    edges: Integers,
+    jumps: Integers,
+    is_fixed: Booleans,
+    u: Floats,
+    v: Floats,
+    passes: int,
+    report: Report,
+) -> tuple[Floats, Floats]:
+    """Take the paper's averaging passes, from where every vertex lies at its nearest boundary."""
+    if passes < 0:
+        raise MeshError(f"the number of flattening passes must be at least 0, not {passes}")
+    n = ring.n_vertices
+    matrix = averaging_matrix(ring.faces, n)
+    i, j = edges.T
+    to_second = np.asarray(matrix[i, j]).ravel()
+    to_first = np.asarray(matrix[j, i]).ravel()
+    charge = np.bincount(i, to_second * jumps, n) - np.bincount(j, to_first * jumps, n)
+    u, v = _nearest_boundary(ring, edges, jumps, u, v)
+    fixed_u, fixed_v = u[is_fixed], v[is_fixed]
+    for done in range(passes):
+        if done % 25 == 0:
+            report(done / passes, "flattening")
+        u, v = matrix @ u + charge, matrix @ v
+        u[is_fixed], v[is_fixed] = fixed_u, fixed_v
+    return u, v
+
+
+def _nearest_boundary(
+    ring: Ring, edges: Integers, jumps: Integers, u: Floats, v: Floats
+) -> tuple[Floats, Floats]:
+    n = ring.n_vertices
+    i, j = edges.T
+    graph = sparse.coo_array((np.ones(len(edges)), (i, j)), (n, n)).tocsr()
+    loops = np.concatenate([ring.outer, ring.hole])
+    distance, before, _ = dijkstra(
+        graph, directed=False, indices=loops, min_only=True, unweighted=True, return_predecessors=True
+    )
+    inner = np.setdiff1d(np.arange(n), loops)
+    inner = inner[np.argsort(distance[inner], kind="stable")]
+    steps = np.stack([inner, before[inner]], axis=1)
+    for vertex, previous, jump in zip(*steps.T, _jumps_of(steps, edges, jumps, n), strict=True):
+        u[vertex], v[vertex] = u[previous] + jump, v[previous]
+    return u, v

@@ -1,0 +1,98 @@
+"""The two halves laid flat, each with its boundaries and its picture in the rectangle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from flyreg_core.boundary import Curve, CurveKey, curve_key
+from flyreg_core.cut import Dissection
+from flyreg_core.flatten import FlattenParameters, Ring, flatten
+from flyreg_core.landmarks import HalfName
+from flyreg_core.mesh import FlatMesh, Floats, Integers, SurfaceMesh
+from flyreg_core.progress import Report
+from flyreg_core.rectangle import (
+    RadialLaw,
+    perimeter_share,
+    radial_law,
+    to_plane,
+    u_of_perimeter,
+)
+from flyreg_core.topology import compacted
+
+
+@dataclass(frozen=True, eq=False)
+class FlatHalf:
+    """One half: its vertices in the whole surface, on the strip and in the rectangle."""
+
+    name: HalfName
+    vertex_of: Integers  # (k,), numbers in the whole surface
+    flat: FlatMesh
+    law: RadialLaw
+    outer: Integers  # (b,), own numbers, once around clockwise as seen from the front
+    outer_share: Floats  # (b,), shares of the rectangle's perimeter, growing
+    hole: Integers  # (c,)
+    hole_share: Floats  # (c,)
+
+    @property
+    def faces(self) -> Integers:
+        """(m, 3) faces over the half's own vertices."""
+        return self.flat.faces
+
+    @cached_property
+    def beta(self) -> Floats:
+        """(k,) share of the way from the hole to the outside."""
+        return self.law.beta(self.flat.uv[:, 1])
+
+    @cached_property
+    def plane(self) -> Floats:
+        """(k, 2) places in the rectangle, as seen from outside the brain, y up."""
+        return to_plane(self.flat.uv[:, 0], self.beta)
+
+
+def lay_flat(
+    dissection: Dissection,
+    curves: Mapping[CurveKey, Curve],
+    half: HalfName,
+    parameters: FlattenParameters,
+    report: Report,
+) -> FlatHalf:
+    """Return one half laid flat, its five curves at their places by arc length (3.1 D)."""
+    faces, vertex_of = compacted(dissection.faces_of(half))
+    own_number = np.full(len(dissection.surface.vertices), -1)
+    own_number[vertex_of] = np.arange(len(vertex_of))
+    outer, outer_share = _outer_boundary(curves, half)
+    hole_curve = curves["hole", None]
+    hole, hole_share = hole_curve.vertices[:-1], perimeter_share("hole", hole_curve.share[:-1])
+    outer, hole = own_number[outer], own_number[hole]
+    turn = slice(None) if half == "anterior" else slice(None, None, -1)
+    ring = Ring(
+        faces,
+        outer[turn],
+        u_of_perimeter(half, outer_share)[turn],
+        hole[turn],
+        u_of_perimeter(half, hole_share)[turn],
+    )
+    surface = SurfaceMesh(dissection.surface.vertices[vertex_of], faces)
+    flat = flatten(ring, surface.face_areas, parameters, report)
+    law = radial_law(flat.uv[:, 1], _vertex_areas(surface))
+    return FlatHalf(half, vertex_of, flat, law, outer, outer_share, hole, hole_share)
+
+
+def _outer_boundary(curves: Mapping[CurveKey, Curve], half: HalfName) -> tuple[Integers, Floats]:
+    vertices, shares = [], []
+    for name in ("upper", "left", "lower", "right"):
+        curve = curves[curve_key(name, half)]
+        forward = name in ("upper", "left")
+        turn = slice(None) if forward else slice(None, None, -1)
+        vertices.append(curve.vertices[turn][:-1])
+        shares.append(perimeter_share(name, curve.share)[turn][:-1])
+    return np.concatenate(vertices), np.concatenate(shares)
+
+
+def _vertex_areas(surface: SurfaceMesh) -> Floats:
+    area = np.repeat(surface.face_areas / 3, 3)
+    return np.bincount(surface.faces.reshape(-1), area, len(surface.vertices))

@@ -1,0 +1,120 @@
+"""Find which flat triangle a flat point lies in, and where in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from flyreg_core.mesh import FlatMesh, Floats, Integers
+
+TRIANGLES_PER_CELL = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleGrid:
+    """Triangles sorted into the cells of a grid; rows are as high as the triangles are dense."""
+
+    corners: Floats  # (m, 3, 2)
+    face_of: Integers  # (m,), the face each triangle is (a copy of)
+    rows: Floats  # (r + 1,), borders of the rows
+    low: float  # left border
+    width: float  # of a column
+    columns: int
+    starts: Integers  # (r * columns + 1,), where each cell's triangles start in `members`
+    members: Integers
+
+
+def build_grid(corners: Floats, face_of: Integers) -> TriangleGrid:
+    """Return a grid over (m, 3, 2) triangles that tile a region of the plane."""
+    side = max(1, int(np.sqrt(len(corners) / TRIANGLES_PER_CELL)))
+    rows = np.unique(np.quantile(corners[..., 1], np.linspace(0, 1, side + 1)))
+    low, high = float(corners[..., 0].min()), float(corners[..., 0].max())
+    width = max((high - low) / side, np.finfo(float).tiny)
+    column = np.clip(((corners[..., 0] - low) / width).astype(np.int64), 0, side - 1)
+    row = np.clip(np.searchsorted(rows, corners[..., 1], side="right") - 1, 0, len(rows) - 2)
+    # a corner exactly on a border belongs to the cells of both sides
+    row_below = np.clip(np.searchsorted(rows, corners[..., 1], side="left") - 1, 0, len(rows) - 2)
+    boxes = np.stack(
+        [row_below.min(axis=1), row.max(axis=1), column.min(axis=1), column.max(axis=1)], axis=1
+    )
+    starts, members = _fill(boxes, len(rows) - 1, side)
+    return TriangleGrid(corners, face_of, rows, low, width, side, starts, members)
+
+
+def strip_grid(flat: FlatMesh) -> TriangleGrid:
+    """Return a grid over a whole strip, 0 <= u < 1, with copies of triangles that reach beyond."""
+    corners = flat.corners
+    first = np.floor(corners[..., 0].min(axis=1))
+    corners = corners - np.stack([first, np.zeros_like(first)], axis=1)[:, None]
+    beyond = corners[..., 0].max(axis=1) >= 1
+    copies = corners[beyond] - [1.0, 0.0]
+    faces = np.arange(len(corners))
+    return build_grid(np.concatenate([corners, copies]), np.concatenate([faces, faces[beyond]]))
+
+
+def find_triangles(grid: TriangleGrid, points: Floats) -> tuple[Integers, Floats]:
+    """Return for (k, 2) points the face each lies in and its (k, 3) barycentric coordinates.
+
+    A point in no triangle, by rounding or because it is outside, gets the triangle of its cell
+    that it is least outside of, and coordinates moved into it; -1 where its cell is empty.
+    """
+    row = np.clip(
+        np.searchsorted(grid.rows, points[:, 1], side="right") - 1, 0, len(grid.rows) - 2
+    )
+    column = np.clip(((points[:, 0] - grid.low) / grid.width).astype(np.int64), 0, grid.columns - 1)
+    found, barycentric = _find(
+        np.ascontiguousarray(points), row * grid.columns + column, grid.corners, grid.starts, grid.members
+    )
+    return np.where(found >= 0, grid.face_of[found], -1), barycentric
+
+
+@njit(nogil=True, cache=True)
+def _fill(boxes: Integers, n_rows: int, n_columns: int) -> tuple[Integers, Integers]:
+    count = np.zeros(n_rows * n_columns + 1, dtype=np.int64)
+    for t in range(len(boxes)):
+        for r in range(boxes[t, 0], boxes[t, 1] + 1):
+            for c in range(boxes[t, 2], boxes[t, 3] + 1):
+                count[r * n_columns + c + 1] += 1
+    starts = np.cumsum(count)
+    place = starts.copy()
+    members = np.zeros(starts[-1], dtype=np.int64)
+    for t in range(len(boxes)):
+        for r in range(boxes[t, 0], boxes[t, 1] + 1):
+            for c in range(boxes[t, 2], boxes[t, 3] + 1):
+                cell = r * n_columns + c
+                members[place[cell]] = t
+                place[cell] += 1
+    return starts, members
+
+
+@njit(nogil=True, cache=True)
+def _find(
+    points: Floats, cell: Integers, corners: Floats, starts: Integers, members: Integers
+) -> tuple[Integers, Floats]:
+    found = np.full(len(points), -1, dtype=np.int64)
+    barycentric = np.zeros((len(points), 3))
+    for k in range(len(points)):
+        x, y = points[k, 0], points[k, 1]
+        best = -np.inf
+        for m in range(starts[cell[k]], starts[cell[k] + 1]):
+            t = members[m]
+            ax, ay = corners[t, 0, 0] - x, corners[t, 0, 1] - y
+            bx, by = corners[t, 1, 0] - x, corners[t, 1, 1] - y
+            cx, cy = corners[t, 2, 0] - x, corners[t, 2, 1] - y
+            wa, wb, wc = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
+            total = wa + wb + wc
+            if total <= 0:
+                continue
+            wa, wb, wc = wa / total, wb / total, wc / total
+            least = min(wa, wb, wc)
+            if least > best:
+                best = least
+                found[k] = t
+                wa, wb, wc = max(wa, 0.0), max(wb, 0.0), max(wc, 0.0)
+                total = wa + wb + wc
+                barycentric[k, 0], barycentric[k, 1], barycentric[k, 2] = wa / total, wb / total, wc / total
+                if least >= 0:
+                    break
+    return found, barycentric

@@ -1,0 +1,129 @@
+"""Refining a triangle mesh along lines on it, without changing the surface it describes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flyreg_core.mesh import Booleans, Floats, Integers
+from flyreg_core.topology import component_of_vertex, unique_edges
+
+CLOSEST_TO_END = 0.05
+"""A new vertex keeps this share of its edge to either end, so that no face loses its area."""
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """A refined mesh: old vertices first, then one new vertex on each split edge."""
+
+    faces: Integers  # (m', 3)
+    parent: Integers  # (m',), the old face each new face is part of
+    ends: Integers  # (k, 2), the old edge each new vertex lies on
+    share: Floats  # (k,), how far along that edge
+
+    def sides(self, values: Floats) -> Booleans:
+        """Return for each face whether the old vertices it has are positive (0 counts so)."""
+        is_old = self.faces < len(values)
+        first_old = self.faces[np.arange(len(self.faces)), is_old.argmax(axis=1)]
+        return np.asarray(values[first_old] >= 0)
+
+    def carry(self, values: Floats) -> Floats:
+        """Return values given at the old vertices at all vertices, linear along edges."""
+        share = self.share.reshape(-1, *[1] * (values.ndim - 1))
+        new = (1 - share) * values[self.ends[:, 0]] + share * values[self.ends[:, 1]]
+        return np.concatenate([values, new])
+
+
+def split_along_zero(faces: Integers, values: Floats) -> Refinement:
+    """Split each edge where values at its ends differ in sign; the line of zeros becomes edges.
+
+    A value of exactly 0 counts as positive. As the line is drawn between vertices of different
+    sign, it consists of simple closed curves whatever the values are (on a closed mesh).
+    """
+    positive = values >= 0
+    edges, _ = unique_edges(faces)
+    split = edges[positive[edges[:, 0]] != positive[edges[:, 1]]]
+    size = np.abs(values[split])
+    total = size.sum(axis=1)
+    share = np.divide(size[:, 0], total, out=np.full(len(split), 0.5), where=total > 0)
+    return _split(faces, split, np.clip(share, CLOSEST_TO_END, 1 - CLOSEST_TO_END))
+
+
+def split_edges(faces: Integers, edges: Integers) -> Refinement:
+    """Split the given edges in the middle; no face may have all three sides among them.
+
+    Parameters
+    ----------
+    edges : (k, 2) int
+        Edges of the mesh, lower vertex first.
+    """
+    return _split(faces, edges, np.full(len(edges), 0.5))
+
+
+def _split(faces: Integers, edges: Integers, share: Floats) -> Refinement:
+    n = int(faces.max()) + 1
+    key = edges[:, 0] * n + edges[:, 1]
+    order = np.argsort(key)
+    key, edges, share = key[order], edges[order], share[order]
+    sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2)
+    side_key = sides[..., 0] * n + sides[..., 1]
+    place = np.searchsorted(key, side_key)
+    is_split = np.zeros(side_key.shape, dtype=bool)
+    if len(key):
+        is_split = key[np.minimum(place, len(key) - 1)] == side_key
+    new_vertex = np.where(is_split, n + place, -1)
+    whole = np.flatnonzero(~is_split.any(axis=1))
+    pieces, parents = [faces[whole]], [whole]
+    for count, divide in ((1, _halves), (2, _corner_and_rest)):
+        chosen = np.flatnonzero(is_split.sum(axis=1) == count)
+        for part in divide(faces[chosen], new_vertex[chosen]):
+            pieces.append(part)
+            parents.append(chosen)
+    return Refinement(np.concatenate(pieces), np.concatenate(parents), edges, share)
+
+
+def _halves(faces: Integers, new_vertex: Integers) -> list[Integers]:
+    """Split faces with one split edge, turned so that this edge comes first."""
+    first = new_vertex.argmax(axis=1) if len(faces) else np.zeros(0, dtype=np.int64)
+    a, b, c = (_turned(faces, first, k) for k in range(3))
+    p = new_vertex.max(axis=1, initial=-1)
+    return [np.stack([a, p, c], axis=1), np.stack([p, b, c], axis=1)]
+
+
+def _corner_and_rest(faces: Integers, new_vertex: Integers) -> list[Integers]:
+    """Split faces with two split edges: the corner between them, and the quadrilateral left."""
+    lone = (new_vertex.argmin(axis=1) + 2) % 3 if len(faces) else np.zeros(0, dtype=np.int64)
+    a, b, c = (_turned(faces, lone, k) for k in range(3))
+    p, q = _turned(new_vertex, lone, 0), _turned(new_vertex, lone, 2)
+    return [
+        np.stack([a, p, q], axis=1),
+        np.stack([p, b, c], axis=1),
+        np.stack([p, c, q], axis=1),
+    ]
+
+
+def _turned(rows: Integers, first: Integers, step: int) -> Integers:
+    return np.asarray(rows[np.arange(len(rows)), (first + step) % 3])
+
+
+def chords(faces: Integers, on_boundary: Booleans) -> Integers:
+    """Return the interior edges of one piece whose ends both lie on its boundary."""
+    edges, counts = unique_edges(faces)
+    return edges[(counts == 2) & on_boundary[edges].all(axis=1)]
+
+
+def keep_largest_regions(faces: Integers, values: Floats) -> Floats:
+    """Return values whose two signs occupy one connected region each.
+
+    Every region of either sign but the largest, counted in vertices, changes its sign, first the
+    negative ones, then the positive ones.
+    """
+    result = values.copy()
+    for is_inside in (lambda v: v < 0, lambda v: v >= 0):
+        chosen = is_inside(result)
+        component = component_of_vertex(faces, len(values), chosen)
+        sizes = np.bincount(component[chosen], minlength=component.max() + 1)
+        islands = chosen & (component != sizes.argmax())
+        result[islands] = np.where(result[islands] < 0, -result[islands], -result[islands] - 1e-9)
+    return result
