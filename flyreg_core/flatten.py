@@ -55,10 +55,19 @@ class Ring:
         return int(self.faces.max()) + 1
 
 
+@dataclass(frozen=True, eq=False)
+class Springs:
+    """The net that lays a ring flat: each inner vertex is the weighted mean of its neighbours."""
+
+    edges: Integers  # (e, 2), lower vertex first
+    jumps: Integers  # (e,), whole turns added to u of the second end when seen from the first
+    weights: Floats  # (e,), positive
+
+
 def flatten(
     ring: Ring, face_areas: Floats, parameters: FlattenParameters, report: Report
-) -> FlatMesh:
-    """Return the strip coordinates in which each inner vertex is a mean of its neighbours.
+) -> tuple[FlatMesh, Springs]:
+    """Return the strip coordinates in which each inner vertex is a mean of its neighbours, and how.
 
     Parameters
     ----------
@@ -87,23 +96,27 @@ def flatten(
     shifts = _corner_shifts(ring.faces, edges, jumps)
     if parameters.passes is not None:
         u, v = _pass_means(ring, edges, jumps, is_fixed, u, v, parameters.passes, report)
-        return FlatMesh(np.stack([u, v], axis=1), ring.faces, shifts)
-    weights = np.ones(len(edges))
+        flat = FlatMesh(np.stack([u, v], axis=1), ring.faces, shifts)
+        return flat, Springs(edges, jumps, np.ones(len(edges)))
+    springs = Springs(edges, jumps, np.ones(len(edges)))
     for done in range(parameters.rounds + 1):
         report(done / (parameters.rounds + 1), "flattening")
-        u, v = solve_means(edges, jumps, weights, is_fixed, u, v)
-        u, v = _least_twisted(edges, jumps, weights, u, v)
+        if done:
+            weights = springs.weights * _crowding(flat, edges, face_areas)
+            springs = Springs(edges, jumps, weights)
+        u, v = solve_means(springs, is_fixed, u, v)
+        u, v = _least_twisted(springs, u, v)
         flat = FlatMesh(np.stack([u, v], axis=1), ring.faces, shifts)
-        weights = weights * _crowding(flat, edges, face_areas)
-    return flat
+    return flat, springs
 
 
 def solve_means(
-    edges: Integers, jumps: Integers, weights: Floats, is_fixed: Booleans, u: Floats, v: Floats
+    springs: Springs, is_fixed: Booleans, u: Floats, v: Floats
 ) -> tuple[Floats, Floats]:
     """Return u and v with each free vertex the weighted mean of its neighbours; fixed ones as given."""
     n = len(u)
-    i, j = edges[:, 0], edges[:, 1]
+    i, j = springs.edges.T
+    weights, jumps = springs.weights, springs.jumps
     adjacency = sparse.coo_array(
         (np.concatenate([weights, weights]), (np.concatenate([i, j]), np.concatenate([j, i]))), (n, n)
     ).tocsr()
@@ -208,15 +221,16 @@ def _crowding(flat: FlatMesh, edges: Integers, face_areas: Floats) -> Floats:
 
 
 def _least_twisted(
-    edges: Integers, jumps: Integers, weights: Floats, u: Floats, v: Floats
+    springs: Springs, u: Floats, v: Floats
 ) -> tuple[Floats, Floats]:
     """Turn the hole by the whole turns that make the sum of squared edges in u least.
 
     Adding m turns at the hole adds m (1 - v) to the solution, so the best m is closed form.
     """
-    i, j = edges.T
-    along, across = u[j] + jumps - u[i], v[i] - v[j]
-    turns = np.round(-(weights * along @ across) / (weights * across @ across))
+    i, j = springs.edges.T
+    along, across = u[j] + springs.jumps - u[i], v[i] - v[j]
+    pull = springs.weights * across
+    turns = np.round(-(pull @ along) / (pull @ across))
     return u + turns * (1 - v), v
 
 

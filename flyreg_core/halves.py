@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flyreg_core.boundary import Curve, CurveKey, curve_key
 from flyreg_core.cut import Dissection
-from flyreg_core.flatten import FlattenParameters, Ring, flatten
-from flyreg_core.landmarks import HalfName
+from flyreg_core.flatten import FlattenParameters, Ring, Springs, flatten
+from flyreg_core.landmarks import CurveName, HalfName
 from flyreg_core.mesh import FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.progress import Report
 from flyreg_core.rectangle import (
@@ -23,6 +25,9 @@ from flyreg_core.rectangle import (
 )
 from flyreg_core.topology import compacted
 
+T = TypeVar("T", bound=np.generic)
+OUTER_CURVES: tuple[CurveName, ...] = ("upper", "left", "lower", "right")
+
 
 @dataclass(frozen=True, eq=False)
 class FlatHalf:
@@ -31,6 +36,7 @@ class FlatHalf:
     name: HalfName
     vertex_of: Integers  # (k,), numbers in the whole surface
     flat: FlatMesh
+    springs: Springs
     law: RadialLaw
     outer: Integers  # (b,), own numbers, once around clockwise as seen from the front
     outer_share: Floats  # (b,), shares of the rectangle's perimeter, growing
@@ -64,7 +70,10 @@ def lay_flat(
     faces, vertex_of = compacted(dissection.faces_of(half))
     own_number = np.full(len(dissection.surface.vertices), -1)
     own_number[vertex_of] = np.arange(len(vertex_of))
-    outer, outer_share = _outer_boundary(curves, half)
+    outer = along_outer(half, {key: curve.vertices for key, curve in curves.items()})
+    outer_share = along_outer(
+        half, {key: perimeter_share(key[0], curve.share) for key, curve in curves.items()}
+    )
     hole_curve = curves["hole", None]
     hole, hole_share = hole_curve.vertices[:-1], perimeter_share("hole", hole_curve.share[:-1])
     outer, hole = own_number[outer], own_number[hole]
@@ -77,20 +86,18 @@ def lay_flat(
         u_of_perimeter(half, hole_share)[turn],
     )
     surface = SurfaceMesh(dissection.surface.vertices[vertex_of], faces)
-    flat = flatten(ring, surface.face_areas, parameters, report)
+    flat, springs = flatten(ring, surface.face_areas, parameters, report)
     law = radial_law(flat.uv[:, 1], _vertex_areas(surface))
-    return FlatHalf(half, vertex_of, flat, law, outer, outer_share, hole, hole_share)
+    return FlatHalf(half, vertex_of, flat, springs, law, outer, outer_share, hole, hole_share)
 
 
-def _outer_boundary(curves: Mapping[CurveKey, Curve], half: HalfName) -> tuple[Integers, Floats]:
-    vertices, shares = [], []
-    for name in ("upper", "left", "lower", "right"):
-        curve = curves[curve_key(name, half)]
-        forward = name in ("upper", "left")
-        turn = slice(None) if forward else slice(None, None, -1)
-        vertices.append(curve.vertices[turn][:-1])
-        shares.append(perimeter_share(name, curve.share)[turn][:-1])
-    return np.concatenate(vertices), np.concatenate(shares)
+def along_outer(half: HalfName, values: Mapping[CurveKey, NDArray[T]]) -> NDArray[T]:
+    """Return values given along each curve once around the outside, clockwise from the front."""
+    parts = []
+    for name in OUTER_CURVES:
+        part = values[curve_key(name, half)]
+        parts.append((part if name in ("upper", "left") else part[::-1])[:-1])
+    return np.concatenate(parts)
 
 
 def _vertex_areas(surface: SurfaceMesh) -> Floats:

@@ -1,0 +1,71 @@
+"""Where the spline carries the boundary curves: each along its own curve, equally in both halves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from flyreg_core.boundary import CurveKey, curve_key
+from flyreg_core.correspondence import FlatBrain
+from flyreg_core.landmarks import HALVES, HalfName
+from flyreg_core.mesh import Floats
+from flyreg_core.rectangle import STARTS
+
+LEAST_ADVANCE = 1e-3
+"""Share of the unmoved parametrisation mixed in, so that no two vertices meet."""
+
+
+def map_boundaries(
+    source: FlatBrain, shift_of_u: Mapping[HalfName, Floats]
+) -> Mapping[CurveKey, Floats]:
+    """Return for each source curve the target shares of arc length to which its vertices go.
+
+    Parameters
+    ----------
+    shift_of_u : half -> (k,) float
+        How far the half's spline moves each vertex in u.
+
+    Notes
+    -----
+    On a curve that both halves share, the mean of both counts, so the halves stay sewn. Corners
+    go to corners. Shares grow along the curve: where the spline would turn back, vertices are held
+    just behind the foremost one.
+    """
+    mapped: dict[CurveKey, Floats] = {}
+    for key, curve in source.curves.items():
+        name = key[0]
+        sharing = [half for half in HALVES if curve_key(name, half) == key]
+        shifts = []
+        for half in sharing:
+            own = np.searchsorted(source.halves[half].vertex_of, curve.vertices)
+            seen_from_front = 1 if half == "anterior" else -1
+            shifts.append(seen_from_front * shift_of_u[half][own] / STARTS[name][1])
+        shift = np.mean(shifts, axis=0)
+        mapped[key] = (
+            _advance_around(curve.share, shift)
+            if curve.is_closed
+            else _advance(curve.share, shift - np.interp(curve.share, [0, 1], shift[[0, -1]]))
+        )
+    return mapped
+
+
+def _advance(share: Floats, shift: Floats) -> Floats:
+    """Return shares moved along an open curve, strictly growing, its ends kept."""
+    foremost = np.maximum.accumulate(np.clip(share + shift, 0, 1))
+    moved = (1 - LEAST_ADVANCE) * foremost + LEAST_ADVANCE * share
+    moved[[0, -1]] = share[[0, -1]]
+    return np.asarray(moved)
+
+
+def _advance_around(share: Floats, shift: Floats) -> Floats:
+    """Return shares moved along a closed curve (last vertex = first), strictly growing."""
+    shift = shift[:-1]
+    start = int(np.argmax(shift))
+    around = np.roll(share[:-1], -start) + np.where(np.arange(len(shift)) >= len(shift) - start, 1, 0)
+    foremost = np.maximum.accumulate(around + np.roll(shift, -start))
+    foremost = np.minimum(foremost, around[0] + shift[start] + 1)
+    offset = shift[start]
+    moved = (1 - LEAST_ADVANCE) * foremost + LEAST_ADVANCE * (around + offset)
+    moved = np.roll(moved - np.where(np.arange(len(shift)) >= len(shift) - start, 1, 0), start)
+    return np.append(moved, moved[0] + 1)

@@ -1,0 +1,106 @@
+"""The caps that the trim planes left: carried from rim to rim, each a disk onto a disk."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from flyreg_core.boundary import Curve, CurveKey
+from flyreg_core.cut import Dissection
+from flyreg_core.flatten import Springs, solve_means
+from flyreg_core.landmarks import CurveName
+from flyreg_core.locate import TriangleGrid, build_grid, find_triangles
+from flyreg_core.mesh import Floats, Integers
+from flyreg_core.topology import compacted, unique_edges
+
+
+@dataclass(frozen=True, eq=False)
+class Cap:
+    """One cap: its vertices in the whole surface, and its rim in the order of the two curves."""
+
+    side: CurveName  # left or right
+    vertex_of: Integers  # (k,)
+    faces: Integers  # (m, 3), own numbers
+    springs: Springs
+    rim: Integers  # (b,), own numbers, along the anterior half's curve and back along the posterior's
+
+
+def find_caps(dissection: Dissection, curves: Mapping[CurveKey, Curve]) -> tuple[Cap, Cap]:
+    """Return the right and the left cap."""
+    caps = []
+    for side in ("right", "left"):
+        faces, vertex_of = compacted(dissection.faces_of(f"{side} cap"))
+        rim = _around(side, {key: curve.vertices for key, curve in curves.items()})
+        edges, _ = unique_edges(faces)
+        springs = Springs(edges, np.zeros(len(edges), dtype=np.int64), np.ones(len(edges)))
+        caps.append(Cap(side, vertex_of, faces, springs, np.searchsorted(vertex_of, rim)))
+    return caps[0], caps[1]
+
+
+def lay_cap_flat(cap: Cap, rim_places: Floats) -> Floats:
+    """Return (k, 2) places with the rim at (b, 2) places on a convex curve, the rest means (Tutte)."""
+    x, y = np.zeros(len(cap.vertex_of)), np.zeros(len(cap.vertex_of))
+    x[cap.rim], y[cap.rim] = rim_places.T
+    is_fixed = np.zeros(len(x), dtype=bool)
+    is_fixed[cap.rim] = True
+    return np.stack(solve_means(cap.springs, is_fixed, x, y), axis=1)
+
+
+def rim_circle(side: CurveName, curves: Mapping[CurveKey, Curve]) -> Floats:
+    """Return the (b, 2) places of a rim on the unit circle, anterior and posterior half a turn each.
+
+    The circle is run through so that faces keep their orientation.
+    """
+    anterior, posterior = (np.pi * curves[side, half].share for half in ("anterior", "posterior"))
+    angle = np.concatenate([anterior[:-1], 2 * np.pi - posterior[::-1][:-1]])
+    turn = 1 if side == "left" else -1
+    return np.stack([np.cos(angle), turn * np.sin(angle)], axis=1)
+
+
+def cap_grid(cap: Cap, flat: Floats) -> TriangleGrid:
+    """Return the locator of a cap laid flat."""
+    return build_grid(flat[cap.faces], np.arange(len(cap.faces)))
+
+
+def carry_cap(
+    cap: Cap,
+    source_curves: Mapping[CurveKey, Curve],
+    mapped: Mapping[CurveKey, Floats],
+    target: Cap,
+    target_curves: Mapping[CurveKey, Curve],
+    target_grid: TriangleGrid,
+    target_points: Floats,
+) -> tuple[Floats, Floats]:
+    """Return where a cap's vertices go on the target's cap, and their flat places there.
+
+    Parameters
+    ----------
+    mapped : curve -> target shares
+        Where the rim goes; the rest follows by Tutte, so that nothing folds.
+    target_points : (n, 3) float
+        Vertices of the whole target surface.
+    """
+    rim = []
+    for half in ("anterior", "posterior"):
+        angle = np.pi * target_curves[cap.side, half].share
+        on_circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        share = mapped[cap.side, half]
+        rim.append(
+            np.stack(
+                [np.interp(share, target_curves[cap.side, half].share, on_circle[:, i]) for i in (0, 1)],
+                axis=1,
+            )
+        )
+    turn = 1 if cap.side == "left" else -1
+    places = np.concatenate([rim[0][:-1], (rim[1] * [1, -1])[::-1][:-1]]) * [1, turn]
+    flat = lay_cap_flat(cap, places)
+    face, barycentric = find_triangles(target_grid, flat)
+    corners = target_points[target.vertex_of[target.faces[face]]]
+    return np.einsum("ij,ijk->ik", barycentric, corners), flat
+
+
+def _around(side: CurveName, values: Mapping[CurveKey, Integers]) -> Integers:
+    anterior, posterior = values[side, "anterior"], values[side, "posterior"]
+    return np.concatenate([anterior[:-1], posterior[::-1][:-1]])

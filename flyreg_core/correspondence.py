@@ -1,0 +1,215 @@
+"""Which places belong together: pairs along the boundary curves, and where each pair lies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import igl
+import numpy as np
+
+from flyreg_core.boundary import Curve, CurveKey
+from flyreg_core.cut import PIECES, Dissection
+from flyreg_core.errors import LandmarkError
+from flyreg_core.frame import BrainFrame
+from flyreg_core.halves import FlatHalf
+from flyreg_core.landmarks import (
+    HALVES,
+    SHARED_CURVES,
+    CurveName,
+    HalfName,
+    LandmarkPair,
+    LandmarkParameters,
+)
+from flyreg_core.mesh import Floats
+from flyreg_core.rectangle import perimeter_share, to_plane, u_of_perimeter
+
+LENGTH_SHARE = 0.1
+"""Share of arc length mixed into coordinate pairing, so that a curve that turns back still advances."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlatBrain:
+    """A prepared brain: dissected, its curves named, its halves laid flat."""
+
+    dissection: Dissection
+    frame: BrainFrame
+    curves: Mapping[CurveKey, Curve]
+    halves: Mapping[HalfName, FlatHalf]
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedLandmark:
+    """A pair with its places on both surfaces and in the rectangles of the halves it acts in."""
+
+    pair: LandmarkPair
+    source_point: Floats  # (3,), micrometres
+    target_point: Floats  # (3,)
+    plane: Mapping[HalfName, tuple[Floats, Floats]]  # source and target (2,); empty: not usable
+
+
+def boundary_pairs(
+    source: FlatBrain, target: FlatBrain, parameters: LandmarkParameters
+) -> tuple[LandmarkPair, ...]:
+    """Return the corners and the pairs along the curves, all of weight 1.
+
+    Ids depend on the parameters only, so that a weight given to one stays with it.
+    """
+    if parameters.per_seam < 1 or parameters.per_side < 0:
+        raise LandmarkError(
+            f"at least one landmark per seam and none per side are needed, not {parameters.per_seam} "
+            f"and {parameters.per_side}"
+        )
+    pairs = [_corner(curve, end) for curve in ("upper", "lower") for end in (0.0, 1.0)]
+    for name, half in source.curves:
+        shares = _source_shares(source.curves[name, half], name, parameters)
+        partners = _partners(source, target, (name, half), shares, parameters.pairing)
+        label = name if half is None else f"{half} {name}"
+        for number, (share, partner) in enumerate(zip(shares, partners, strict=True), 1):
+            pairs.append(
+                LandmarkPair(
+                    id=f"{label.replace(' ', '-')}-{number:02d}",
+                    name=f"{label} {number}",
+                    kind=name,
+                    half=half,
+                    source=float(share),
+                    target=float(partner),
+                    origin="boundary",
+                )
+            )
+    return tuple(pairs)
+
+
+def _corner(curve: Literal["upper", "lower"], end: float) -> LandmarkPair:
+    side = "left" if end else "right"
+    return LandmarkPair(
+        id=f"corner-{curve}-{side}",
+        name=f"{curve} {side} corner",
+        kind=curve,
+        half=None,
+        source=end,
+        target=end,
+        origin="boundary",
+    )
+
+
+def _source_shares(curve: Curve, name: CurveName, parameters: LandmarkParameters) -> Floats:
+    if parameters.pairing == "nearest":
+        return curve.share[:-1] if curve.is_closed else curve.share[1:-1]
+    if curve.is_closed:
+        return np.arange(parameters.per_seam) / parameters.per_seam
+    count = parameters.per_seam if name in SHARED_CURVES else parameters.per_side
+    return np.arange(1, count + 1) / (count + 1)
+
+
+def _partners(
+    source: FlatBrain,
+    target: FlatBrain,
+    key: CurveKey,
+    shares: Floats,
+    pairing: Literal["coordinate", "arc length", "nearest"],
+) -> Floats:
+    """Return the shares on the target's curve that belong to shares on the source's."""
+    if pairing == "nearest":
+        choices = target.curves[key].share
+        return np.asarray(choices[np.abs(shares[:, None] - choices[None]).argmin(axis=1)])
+    if pairing == "arc length" or key[0] == "hole":
+        return shares
+    progress_source = _progress(source.curves[key], key[0], source.frame)
+    progress_target = _progress(target.curves[key], key[0], target.frame)
+    progress = np.interp(shares, source.curves[key].share, progress_source)
+    return np.interp(progress, progress_target, target.curves[key].share)
+
+
+def _progress(curve: Curve, name: CurveName, frame: BrainFrame) -> Floats:
+    """Return how far along the animal's axis each vertex of a curve lies, growing from 0 to 1."""
+    axis = frame.left_right if name in ("upper", "lower") else frame.dorso_ventral
+    forward = np.maximum(np.diff(curve.points[:, axis]), 0)
+    total = max(float(forward.sum()), np.finfo(float).tiny)
+    steps = (1 - LENGTH_SHARE) * forward / total + LENGTH_SHARE * np.diff(curve.share)
+    progress = np.concatenate([[0.0], np.cumsum(steps)])
+    return np.asarray(progress / progress[-1])
+
+
+def with_decisions(
+    pairs: tuple[LandmarkPair, ...], weights: Mapping[str, float], moved: Mapping[str, float]
+) -> tuple[LandmarkPair, ...]:
+    """Return boundary pairs with the user's weights and moved target places."""
+    return tuple(
+        replace(pair, weight=weights.get(pair.id, pair.weight), target=moved.get(pair.id, pair.target))
+        for pair in pairs
+    )
+
+
+def place_landmarks(
+    source: FlatBrain, target: FlatBrain, pairs: tuple[LandmarkPair, ...]
+) -> tuple[PlacedLandmark, ...]:
+    """Return each complete pair with its places; an interior one moves to the nearest surface point.
+
+    An interior pair whose ends lie on different halves, or on what the trim planes cut off, gets
+    an empty `plane` and does not act.
+    """
+    complete = [pair for pair in pairs if pair.is_placed]
+    interior = [pair for pair in complete if pair.kind == "interior"]
+    sources = _place_interior(source, np.array([pair.source for pair in interior]).reshape(-1, 3))
+    targets = _place_interior(target, np.array([pair.target for pair in interior]).reshape(-1, 3))
+    ends = {pair.id: both for pair, *both in zip(interior, sources, targets, strict=True)}
+    placed = []
+    for pair in complete:
+        if pair.kind == "interior":
+            (from_half, from_point, from_plane), (to_half, to_point, to_plane_) = ends[pair.id]
+            plane = {from_half: (from_plane, to_plane_)} if from_half and from_half == to_half else {}
+            placed.append(PlacedLandmark(pair, from_point, to_point, plane))
+        else:
+            placed.append(_place_on_boundary(source, target, pair))
+    return tuple(placed)
+
+
+def _place_on_boundary(
+    source: FlatBrain, target: FlatBrain, pair: LandmarkPair
+) -> PlacedLandmark:
+    assert pair.kind != "interior"
+    key: CurveKey = (pair.kind, pair.half)
+    ends = np.array([pair.source, pair.target])
+    beta = np.full(2, 0.0 if pair.kind == "hole" else 1.0)
+    plane = {}
+    for half in HALVES if pair.half is None else (pair.half,):
+        u = u_of_perimeter(half, perimeter_share(pair.kind, ends))
+        places = to_plane(u, beta)
+        plane[half] = (places[0], places[1])
+    source_point = source.curves[key].at(ends[:1])[0]
+    return PlacedLandmark(pair, source_point, target.curves[key].at(ends[1:])[0], plane)
+
+
+def _place_interior(
+    brain: FlatBrain, points: Floats
+) -> list[tuple[HalfName | None, Floats, Floats]]:
+    """Return for each point its half (None: a cap), its surface point and its place in the plane."""
+    if len(points) == 0:
+        return []
+    surface = brain.dissection.surface
+    _, faces, nearest = igl.point_mesh_squared_distance(points, surface.vertices, surface.faces)
+    placed: list[tuple[HalfName | None, Floats, Floats]] = []
+    for face, point in zip(faces, nearest, strict=True):
+        piece = PIECES[brain.dissection.piece_of_face[face]]
+        if piece not in ("anterior", "posterior"):
+            placed.append((None, point, np.full(2, np.nan)))
+            continue
+        half = brain.halves[piece]  # type: ignore[index]
+        place = flat_place(half, brain.dissection, int(face), point)
+        placed.append((half.name, point, place))
+    return placed
+
+
+def flat_place(half: FlatHalf, dissection: Dissection, face: int, point: Floats) -> Floats:
+    """Return the (2,) place in the rectangle of a point on a face of the whole surface."""
+    in_half = dissection.piece_of_face == PIECES.index(half.name)
+    own_face = int(np.count_nonzero(in_half[:face]))
+    corners = dissection.surface.vertices[dissection.surface.faces[face]]
+    barycentric = igl.barycentric_coordinates(
+        *(np.ascontiguousarray(row[None]) for row in (point, *corners))
+    ).reshape(3)
+    u, v = barycentric @ half.flat.corners[own_face]
+    return np.asarray(to_plane(np.array(u), half.law.beta(np.array(v))))
+
