@@ -9,6 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
+from flyreg_core.errors import FlyregError
 from flyreg_core.pipeline import Results
 from flyreg_core.project import Project
 from flyreg_gui.failures import sentence_for
@@ -24,6 +25,7 @@ class Failure:
 
     sentence: str
     work: str  # what was being done, as last reported
+    is_internal: bool = False  # the program's fault, not the input's
 
 
 class Session(QObject):
@@ -149,7 +151,7 @@ class Session(QObject):
     def _on_failed(self, run: Run, error: Exception) -> None:
         sentence = sentence_for(error)
         if run.number == self._awaited:
-            self.failure = Failure(sentence, self.work)
+            self.failure = Failure(sentence, self.work, not isinstance(error, FlyregError))
         self._end(run)
         self.state_changed.emit()
 

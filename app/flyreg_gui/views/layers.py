@@ -9,6 +9,12 @@ import pyvista as pv
 from numpy.typing import NDArray
 from pyvista import BasePlotter
 from scipy import sparse
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkBillboardTextActor3D,
+    vtkGlyph3DMapper,
+    vtkPolyDataMapper,
+)
 
 from flyreg_core.mesh import Integers
 from flyreg_gui.theme import Color, unit
@@ -116,7 +122,7 @@ class MarkerLayer:
             radius=1.0, theta_resolution=SPHERE_RESOLUTION, phi_resolution=SPHERE_RESOLUTION
         )
         self._polydata = pv.PolyData()
-        self._mapper = pv._vtk.vtkGlyph3DMapper()
+        self._mapper = vtkGlyph3DMapper()
         self._mapper.SetSourceData(sphere)
         self._mapper.SetInputData(self._polydata)
         self._mapper.SetScaleArray("radius")
@@ -124,7 +130,7 @@ class MarkerLayer:
         self._mapper.SetScalarModeToUsePointFieldData()
         self._mapper.SelectColorArray("color")
         self._mapper.SetColorModeToDirectScalars()
-        self.actor = pv._vtk.vtkActor()
+        self.actor = vtkActor()
         self.actor.SetMapper(self._mapper)
         self.actor.PickableOff()
         self.actor.GetProperty().SetLighting(not flat)
@@ -153,9 +159,9 @@ class LineLayer:
     def __init__(self, plotter: BasePlotter, color: Color, width: float = 1.0) -> None:
         self._polydata = pv.PolyData()
         self._segments: Integers | None = None
-        self._mapper = pv._vtk.vtkPolyDataMapper()
+        self._mapper = vtkPolyDataMapper()
         self._mapper.ScalarVisibilityOff()
-        self.actor = pv._vtk.vtkActor()
+        self.actor = vtkActor()
         self.actor.SetMapper(self._mapper)
         self.actor.PickableOff()
         self.actor.GetProperty().SetLighting(False)
@@ -199,7 +205,7 @@ class LabelLayer:
 
     def __init__(self, plotter: BasePlotter, size: int = 12, *, centered: bool = False) -> None:
         self._plotter, self._size, self._centered = plotter, size, centered
-        self._actors: list[pv._vtk.vtkBillboardTextActor3D] = []
+        self._actors: list[vtkBillboardTextActor3D] = []
         self._scale = 1.0
         self._color: Color = (0, 0, 0)
         self._background: Color = (255, 255, 255)
@@ -213,7 +219,7 @@ class LabelLayer:
     def show(self, points: Floats, texts: Sequence[str]) -> None:
         """Write one text beside each of the (n, 3) points."""
         while len(self._actors) < len(texts):
-            actor = pv._vtk.vtkBillboardTextActor3D()
+            actor = vtkBillboardTextActor3D()
             actor.PickableOff()
             self._style(actor)
             self._plotter.renderer.AddActor(actor)
@@ -224,7 +230,7 @@ class LabelLayer:
                 actor.SetInput(texts[i])
                 actor.SetPosition(*points[i])
 
-    def _style(self, actor: pv._vtk.vtkBillboardTextActor3D) -> None:
+    def _style(self, actor: vtkBillboardTextActor3D) -> None:
         if not self._centered:
             actor.SetDisplayOffset(*(round(self._scale * offset) for offset in LABEL_OFFSET))
         style = actor.GetTextProperty()

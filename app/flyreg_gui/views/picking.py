@@ -8,6 +8,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
+from vtkmodules.vtkRenderingCore import vtkCellPicker
 
 from flyreg_gui.views.canvas import Canvas
 
@@ -30,7 +31,7 @@ class SurfacePicker:
 
     def __init__(self, canvas: Canvas) -> None:
         self._canvas = canvas
-        self._picker = pv._vtk.vtkCellPicker()
+        self._picker = vtkCellPicker()
         self._picker.SetTolerance(0.0)
         self._picker.PickFromListOn()
 

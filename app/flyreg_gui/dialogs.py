@@ -1,0 +1,173 @@
+"""Questions to the user: which brains, what to do with unsaved changes; and the help texts."""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+from pathlib import Path
+from typing import cast
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QGridLayout,
+    QLabel,
+    QMessageBox,
+    QPushButton,
+    QTextBrowser,
+    QVBoxLayout,
+    QWidget,
+)
+
+from flyreg_core.brain_files import open_brain, template_labels
+from flyreg_core.errors import FlyregError
+from flyreg_core.project import BrainInput, Unit
+from flyreg_gui.preferences import Preferences
+from flyreg_resources import read_help
+
+MESH_FILTER = "Meshes (*.ply *.obj *.stl *.off *.glb *.gltf *.vtk);;All files (*)"
+UNITS: tuple[tuple[str, Unit | None], ...] = (
+    ("find out", None),
+    ("µm", "um"),
+    ("nm", "nm"),
+    ("mm", "mm"),
+)
+
+
+class BrainChooser:
+    """One row of the dialog: a file or a template, and its unit."""
+
+    def __init__(self, role: str, preferences: Preferences, parent: QDialog) -> None:
+        self._preferences, self._parent = preferences, parent
+        self.label = QLabel(role)
+        self.name = QComboBox()
+        self.name.setEditable(True)
+        self.name.addItems(["", *template_labels()])
+        self.name.setMinimumWidth(340)
+        self.name.setAccessibleName(f"{role} brain")
+        edit = self.name.lineEdit()
+        if edit is not None:
+            edit.setPlaceholderText("a file, or the name of a template")
+        self.browse = QPushButton("Browse…")
+        self.unit = QComboBox()
+        self.unit.addItems([text for text, _ in UNITS])
+        self.unit.setAccessibleName(f"Unit of the {role.lower()} brain")
+        self.browse.clicked.connect(self._on_browse)
+
+    def open(self) -> BrainInput:
+        """Open what was chosen."""
+        return open_brain(self.name.currentText().strip(), UNITS[self.unit.currentIndex()][1])
+
+    def _on_browse(self) -> None:
+        folder = self._preferences.folder
+        path, _ = QFileDialog.getOpenFileName(
+            self._parent, f"{self.label.text()} brain", folder, MESH_FILTER
+        )
+        if path:
+            self._preferences.folder = str(Path(path).parent)
+            self.name.setEditText(path)
+
+
+class OpenBrainsDialog(QDialog):
+    """Asks for a source and a target; stays open until both can be used."""
+
+    def __init__(self, preferences: Preferences, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Open brains")
+        self.source = BrainChooser("Source", preferences, self)
+        self.target = BrainChooser("Target", preferences, self)
+        self.inputs: tuple[BrainInput, BrainInput] | None = None
+        self._problem = QLabel()
+        self._problem.setWordWrap(True)
+        self._problem.setTextFormat(Qt.TextFormat.PlainText)
+        self._problem.hide()
+        buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Open | QDialogButtonBox.StandardButton.Cancel
+        )
+        buttons.accepted.connect(self._on_accepted)
+        buttons.rejected.connect(self.reject)
+        self._open_button = buttons.button(QDialogButtonBox.StandardButton.Open)
+        grid = QGridLayout(self)
+        grid.addWidget(QLabel("Unit"), 0, 3)
+        for row, chooser in enumerate((self.source, self.target), start=1):
+            grid.addWidget(chooser.label, row, 0)
+            grid.addWidget(chooser.name, row, 1)
+            grid.addWidget(chooser.browse, row, 2)
+            grid.addWidget(chooser.unit, row, 3)
+            chooser.name.editTextChanged.connect(self._on_edited)
+        hint = QLabel("The source is moved onto the target; the target stays as it is.")
+        hint.setEnabled(False)
+        grid.addWidget(hint, 3, 1, 1, 3)
+        grid.addWidget(self._problem, 4, 0, 1, 4)
+        grid.addWidget(buttons, 5, 0, 1, 4)
+        grid.setColumnStretch(1, 1)
+        self._on_edited()
+
+    def _on_edited(self) -> None:
+        named = all(chooser.name.currentText().strip() for chooser in (self.source, self.target))
+        self._open_button.setEnabled(named)
+
+    def _on_accepted(self) -> None:
+        try:
+            self.inputs = (self.source.open(), self.target.open())
+        except FlyregError as error:
+            self._problem.setText(str(error))
+            self._problem.show()
+        else:
+            self.accept()
+
+
+class Answer(Enum):
+    """What to do with unsaved changes."""
+
+    SAVE = auto()
+    DISCARD = auto()
+    CANCEL = auto()
+
+
+def ask_about_changes(parent: QWidget, changes: list[str]) -> Answer:
+    """Name the unsaved changes and ask what to do with them."""
+    box = QMessageBox(parent)
+    box.setIcon(QMessageBox.Icon.Question)
+    box.setWindowTitle("Unsaved changes")
+    box.setText("The project has changes that are not saved.")
+    shown = [f"• {text}" for text in changes[-8:]]
+    if len(changes) > len(shown):
+        shown.insert(0, f"• {len(changes) - len(shown)} earlier ones")
+    box.setInformativeText("\n".join(shown))
+    buttons = QMessageBox.StandardButton
+    box.setStandardButtons(buttons.Save | buttons.Discard | buttons.Cancel)
+    box.setDefaultButton(buttons.Save)
+    chosen = buttons(box.exec())
+    return {buttons.Save: Answer.SAVE, buttons.Discard: Answer.DISCARD}.get(chosen, Answer.CANCEL)
+
+
+class HelpWindow(QDialog):
+    """A help text beside the work: it does not have to be closed first."""
+
+    def __init__(self, title: str, name: str, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(title)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        text = QTextBrowser()
+        text.setOpenExternalLinks(True)
+        text.setMarkdown(read_help(name))
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.close)
+        layout = QVBoxLayout(self)
+        layout.addWidget(text)
+        layout.addWidget(buttons)
+        self.resize(560, 620)
+
+
+def ask_for_saving_path(
+    parent: QWidget, title: str, suggestion: Path, filters: str, suffix: str
+) -> Path | None:
+    """Ask where to save; a name without a suffix gets the given one."""
+    text, _ = QFileDialog.getSaveFileName(parent, title, str(suggestion), filters)
+    if not text:
+        return None
+    path = Path(cast("str", text))
+    return path if path.suffix else path.with_suffix(suffix)

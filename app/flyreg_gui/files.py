@@ -1,0 +1,176 @@
+"""Opening, saving and exporting, with the questions that belong to it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QStandardPaths
+from PySide6.QtWidgets import QFileDialog
+
+from flyreg_core.brain_files import open_brain, write_mesh
+from flyreg_core.errors import FlyregError
+from flyreg_core.pipeline import Results
+from flyreg_core.project import Brain, Project
+from flyreg_core.project_file import load_project, save_project
+from flyreg_gui.dialogs import Answer, OpenBrainsDialog, ask_about_changes, ask_for_saving_path
+from flyreg_gui.failures import sentence_for
+from flyreg_gui.session import with_view
+from flyreg_resources.demo import make_demo_pair
+
+if TYPE_CHECKING:
+    from flyreg_gui.main_window import MainWindow
+
+PROJECT_FILTER = "flyreg projects (*.flyreg);;All files (*)"
+EXPORT_FILTER = (
+    "PLY (*.ply);;Wavefront (*.obj);;STL (*.stl);;OFF (*.off);;glTF (*.glb);;VTK (*.vtk)"
+)
+
+
+class FileCommands:
+    """What the File menu does."""
+
+    def __init__(self, window: MainWindow) -> None:
+        self._window = window
+        self._session = window.session
+
+    # Opening
+
+    def open_brains(self) -> None:
+        """Ask for two brains and open them."""
+        dialog = OpenBrainsDialog(self._window.preferences, self._window)
+        dialog.exec()
+        inputs = dialog.inputs
+        dialog.deleteLater()
+        if inputs is not None and self.may_discard():
+            self._open(Project(Brain(inputs[0]), Brain(inputs[1])))
+
+    def open_project(self) -> None:
+        """Ask for a project file and open it."""
+        path, _ = QFileDialog.getOpenFileName(
+            self._window, "Open project", self._window.preferences.folder, PROJECT_FILTER
+        )
+        if path:
+            self.open_project_file(Path(path))
+
+    def open_project_file(self, path: Path) -> None:
+        """Open a project file."""
+        try:
+            project = load_project(path)
+        except (FlyregError, OSError) as error:
+            self._window.show_problem(sentence_for(error))
+            return
+        if self.may_discard():
+            self._window.preferences.folder = str(path.parent)
+            self._window.preferences.add_recent(path)
+            self._open(project, path)
+
+    def open_demo(self) -> None:
+        """Write the demo pair and open it as any other pair of files."""
+        try:
+            project = demo_project()
+        except (FlyregError, OSError) as error:
+            self._window.show_problem(sentence_for(error))
+            return
+        if self.may_discard():
+            self._open(project)
+
+    def _open(self, project: Project, path: Path | None = None) -> None:
+        self._window.show_problem("")
+        self._session.open(project, path)
+
+    # Saving
+
+    def save(self) -> bool:
+        """Save the project where it was saved before; tell whether it is saved now."""
+        path = self._session.path
+        return self.save_as() if path is None else self._save_to(path)
+
+    def save_as(self) -> bool:
+        """Ask where to save the project; tell whether it is saved now."""
+        suggestion = self._session.path or Path(self._window.preferences.folder) / "project.flyreg"
+        path = ask_for_saving_path(
+            self._window, "Save project", suggestion, PROJECT_FILTER, ".flyreg"
+        )
+        return path is not None and self._save_to(path)
+
+    def _save_to(self, path: Path) -> bool:
+        project = self._session.project
+        if project is None:
+            return False
+        try:
+            save_project(with_view(project, self._window.view_state()), path)
+        except (FlyregError, OSError) as error:
+            self._window.show_problem(sentence_for(error))
+            return False
+        self._session.mark_saved(path)
+        self._window.preferences.folder = str(path.parent)
+        self._window.preferences.add_recent(path)
+        self._window.say(f"Saved {path}")
+        return True
+
+    def may_discard(self) -> bool:
+        """Tell whether the open project may go: nothing is unsaved, or the user was asked."""
+        changes = self._session.unsaved_changes
+        if not changes:
+            return True
+        answer = ask_about_changes(self._window, changes)
+        return answer is Answer.DISCARD or (answer is Answer.SAVE and self.save())
+
+    # Taking away
+
+    def export(self) -> None:
+        """Ask where to write the registered mesh, and write it."""
+        results = self._session.results
+        if results is None or not self._session.is_up_to_date:
+            return
+        folder = Path(self._window.preferences.folder)
+        path = ask_for_saving_path(
+            self._window, "Export registered mesh", folder / "registered.ply", EXPORT_FILTER, ".ply"
+        )
+        if path is None:
+            return
+        try:
+            export_mesh(results, path)
+        except (FlyregError, OSError) as error:
+            self._window.show_problem(sentence_for(error))
+        else:
+            self._window.say(f"Exported {path}")
+
+    def save_picture(self) -> None:
+        """Ask where to save a picture of the window, and save it."""
+        picture = self._window.picture()
+        folder = Path(self._window.preferences.folder)
+        path = ask_for_saving_path(
+            self._window, "Save a picture", folder / "flyreg.png", "PNG (*.png)", ".png"
+        )
+        if path is not None:
+            if picture.save(str(path)):
+                self._window.say(f"Saved {path}")
+            else:
+                self._window.show_problem(f"{path} cannot be written; choose another folder")
+
+
+def export_mesh(results: Results, path: Path) -> None:
+    """Write the registered mesh in the unit of the target's file.
+
+    Each vertex carries how far the registration moved it, where the format has room for that.
+    """
+    moved, source = results.registration.surface, results.source.surface
+    displacement = np.linalg.norm(moved.vertices - source.vertices, axis=1)
+    unit = results.project.target.input.unit
+    write_mesh(path, moved, unit, {"displacement_um": displacement})
+
+
+def demo_project() -> Project:
+    """Write the demo pair into the user's cache and return the project of it."""
+    cache = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.GenericCacheLocation)
+    folder = Path(cache) / "flyreg" / "demo"
+    folder.mkdir(parents=True, exist_ok=True)
+    brains = []
+    for name, mesh in zip(("demo-source", "demo-target"), make_demo_pair(), strict=True):
+        path = folder / f"{name}.ply"
+        write_mesh(path, mesh, "um")
+        brains.append(Brain(open_brain(str(path), "um")))
+    return Project(*brains)

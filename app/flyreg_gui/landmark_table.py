@@ -1,0 +1,180 @@
+"""The landmarks as a table: the model, and a view whose weight column is a row of sliders."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from typing import Any
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt
+from PySide6.QtGui import QColor
+
+from flyreg_core.landmarks import LandmarkPair
+from flyreg_core.pipeline import Results
+from flyreg_core.project import Project
+from flyreg_gui.theme import KIND_COLORS, OFF
+
+Index = QModelIndex | QPersistentModelIndex
+ROOT = QModelIndex()
+SORT_ROLE = Qt.ItemDataRole.UserRole
+ID_ROLE = Qt.ItemDataRole.UserRole + 1
+
+
+class Column(IntEnum):
+    """The columns, in their order on the screen."""
+
+    NAME = 0
+    PLACE = 1
+    WEIGHT = 2
+    RESIDUAL = 3
+
+
+HEADERS = ("Landmark", "Curve", "Weight", "Residual")
+HEADER_TIPS = (
+    "Double-click a landmark of your own to rename it",
+    "The curve a landmark lies on, and the half if it belongs to one only",
+    "How strongly a pair pulls: drag, or double-click the number; 0 leaves it out",
+    "How far the moved source landmark is from the target landmark, in micrometres",
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One landmark pair, with the weight that the project gives it now."""
+
+    pair: LandmarkPair
+    residual_um: float | None  # None: not known yet
+
+    @property
+    def place(self) -> str:
+        """The curve, and the half if the pair belongs to one only."""
+        half = {"anterior": " (ant.)", "posterior": " (post.)", None: ""}[self.pair.half]
+        return f"{self.pair.kind}{half}"
+
+
+class LandmarkTable(QAbstractTableModel):
+    """The landmarks of the newest project, with what is known of them from the results."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._rows: list[Row] = []
+
+    def show(self, project: Project | None, results: Results | None) -> None:
+        """Show the landmarks of a project; `results` may be those of an earlier one."""
+        rows = _rows(project, results)
+        same = [row.pair.id for row in rows] == [row.pair.id for row in self._rows]
+        if not same:
+            self.beginResetModel()
+        self._rows = rows
+        if not same:
+            self.endResetModel()
+        elif rows:
+            self.dataChanged.emit(self.index(0, 0), self.index(len(rows) - 1, len(Column) - 1))
+
+    def pair(self, row: int) -> LandmarkPair:
+        """Return the pair in a row."""
+        return self._rows[row].pair
+
+    @property
+    def ids(self) -> list[str]:
+        """The ids of all pairs, row by row."""
+        return [row.pair.id for row in self._rows]
+
+    # What Qt asks
+
+    def rowCount(self, parent: Index = ROOT) -> int:
+        return 0 if parent.isValid() else len(self._rows)
+
+    def columnCount(self, parent: Index = ROOT) -> int:
+        return 0 if parent.isValid() else len(Column)
+
+    def headerData(
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> Any:
+        if orientation == Qt.Orientation.Horizontal:
+            if role == Qt.ItemDataRole.DisplayRole:
+                return HEADERS[section]
+            if role == Qt.ItemDataRole.ToolTipRole:
+                return HEADER_TIPS[section]
+        return None
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+        if not index.isValid():
+            return Qt.ItemFlag.NoItemFlags
+        own_name = index.column() == Column.NAME and self.pair(index.row()).origin == "user"
+        if own_name or index.column() == Column.WEIGHT:
+            flags |= Qt.ItemFlag.ItemIsEditable
+        return flags
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if not index.isValid():
+            return None
+        row, column = self._rows[index.row()], Column(index.column())
+        match role:
+            case Qt.ItemDataRole.DisplayRole:
+                return _text(row, column)
+            case Qt.ItemDataRole.EditRole:
+                return row.pair.weight if column == Column.WEIGHT else row.pair.name
+            case Qt.ItemDataRole.DecorationRole if column == Column.NAME:
+                return QColor(*(KIND_COLORS[row.pair.kind] if row.pair.weight > 0 else OFF))
+            case Qt.ItemDataRole.ToolTipRole:
+                return _tip(row)
+            case Qt.ItemDataRole.TextAlignmentRole if column == Column.RESIDUAL:
+                return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+            case _ if role == SORT_ROLE:
+                return _sort_key(row, column)
+            case _ if role == ID_ROLE:
+                return row.pair.id
+        return None
+
+
+def _rows(project: Project | None, results: Results | None) -> list[Row]:
+    if project is None:
+        return []
+    own = {pair.id: pair for pair in project.pairs}
+    residuals = results.registration.residual_um if results is not None else {}
+    rows = []
+    for landmark in results.landmarks if results is not None else ():
+        pair = landmark.pair
+        if pair.origin == "boundary":
+            weight = project.weights.get(pair.id, 1.0)
+            rows.append(Row(replace(pair, weight=weight), residuals.get(pair.id)))
+    rows.extend(Row(pair, residuals.get(pair.id)) for pair in own.values())
+    return rows
+
+
+def _text(row: Row, column: Column) -> str:
+    match column:
+        case Column.NAME:
+            return row.pair.name
+        case Column.PLACE:
+            return row.place
+        case Column.WEIGHT:
+            return format_weight(row.pair.weight)
+        case Column.RESIDUAL:
+            return "–" if row.residual_um is None else f"{row.residual_um:.2f} µm"
+
+
+def _sort_key(row: Row, column: Column) -> Any:
+    match column:
+        case Column.NAME:
+            return row.pair.name
+        case Column.PLACE:
+            return row.place
+        case Column.WEIGHT:
+            return row.pair.weight
+        case Column.RESIDUAL:
+            return -1.0 if row.residual_um is None else row.residual_um
+
+
+def _tip(row: Row) -> str:
+    weight = row.pair.weight
+    if weight == 0:
+        return f"{row.pair.name}: weight 0, left out of the spline"
+    return f"{row.pair.name}: weight {format_weight(weight)}, W⁻¹ entry {1 / weight:.4g}"
+
+
+def format_weight(weight: float) -> str:
+    """Return a weight as the user reads it; 0 is "off"."""
+    return f"{weight:.3g}" if weight > 0 else "off"

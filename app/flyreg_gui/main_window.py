@@ -1,0 +1,307 @@
+"""The window: views in the middle, steps on the left, landmarks on the right."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QCloseEvent, QGuiApplication, QPainter, QPixmap
+from PySide6.QtWidgets import (
+    QDockWidget,
+    QLabel,
+    QMainWindow,
+    QMenu,
+    QSizePolicy,
+    QSlider,
+    QStackedWidget,
+    QToolBar,
+    QVBoxLayout,
+    QWidget,
+)
+
+from flyreg_core import edits
+from flyreg_core.pipeline import Results
+from flyreg_core.project import Project
+from flyreg_gui.actions import enable_actions, fill_menu, make_actions
+from flyreg_gui.dialogs import HelpWindow
+from flyreg_gui.files import FileCommands
+from flyreg_gui.landmark_mode import LandmarkMode
+from flyreg_gui.panels.banner import Banner
+from flyreg_gui.panels.landmarks import LandmarksPanel
+from flyreg_gui.panels.start import StartPage
+from flyreg_gui.panels.steps import StepsPanel
+from flyreg_gui.preferences import Preferences
+from flyreg_gui.runner import Runner, RunsProjects
+from flyreg_gui.selection import Selection
+from flyreg_gui.session import Session
+from flyreg_gui.status import StatusBar
+from flyreg_gui.theme import current_theme
+from flyreg_gui.view_state import read_view_state, view_state
+from flyreg_gui.views.view_area import ViewArea
+
+BLEND_AT_FIRST = 30
+"""How much of the target shows through, in per cent."""
+
+
+class MainWindow(QMainWindow):
+    """Puts the parts together; what they do to each other goes through the session."""
+
+    def __init__(self, pipeline: RunsProjects) -> None:
+        super().__init__()
+        self.setObjectName("flyreg")
+        self.preferences = Preferences()
+        self.runner = Runner(pipeline, self)
+        self.session = Session(self.runner, self)
+        self.selection = Selection(self)
+        self.mode = LandmarkMode(self.session, self.selection, self)
+        self.files = FileCommands(self)
+        self.view_area = ViewArea(self.session, self.selection, self.mode)
+        self.steps = StepsPanel(self.session)
+        self.landmarks = LandmarksPanel(self.session, self.selection)
+        self.banner, self.start = Banner(), StartPage()
+        self.blend = QSlider(Qt.Orientation.Horizontal)
+        self.actions_by_name = make_actions(self)
+        self._shown_failure: object = None
+        self._unread_view = False  # of a project whose first results are still to come
+        self._make_center()
+        self._make_docks()
+        self._make_menus()
+        self._make_toolbar()
+        self.status = StatusBar(self.session)
+        self.setStatusBar(self.status)
+        self._connect()
+        self._show_theme()
+        self._show_state()
+        self._restore()
+
+    # Construction
+
+    def _make_center(self) -> None:
+        self._stack = QStackedWidget()
+        self._stack.addWidget(self.start)
+        self._stack.addWidget(self.view_area)
+        center = QWidget()
+        layout = QVBoxLayout(center)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self.banner)
+        layout.addWidget(self._stack, 1)
+        self.setCentralWidget(center)
+        self.start.show_recent(self.preferences.recent_projects)
+
+    def _make_docks(self) -> None:
+        self._docks = []
+        for title, widget, area in (
+            ("Steps", self.steps, Qt.DockWidgetArea.LeftDockWidgetArea),
+            ("Landmarks", self.landmarks, Qt.DockWidgetArea.RightDockWidgetArea),
+        ):
+            dock = QDockWidget(title, self)
+            dock.setObjectName(title)
+            dock.setWidget(widget)
+            self.addDockWidget(area, dock)
+            self._docks.append(dock)
+        self.resizeDocks(self._docks, [290, 350], Qt.Orientation.Horizontal)
+
+    def _make_menus(self) -> None:
+        menus: dict[str, QMenu] = {}
+        for name in ("File", "Edit", "View", "Help"):
+            menus[name] = self.menuBar().addMenu(f"&{name}")
+            menus[name].setObjectName(name)
+        undo = self.session.undo_stack.createUndoAction(self, "&Undo")
+        redo = self.session.undo_stack.createRedoAction(self, "&Redo")
+        undo.setShortcut("Ctrl+Z")
+        redo.setShortcuts(["Ctrl+Shift+Z", "Ctrl+Y"])
+        self.actions_by_name |= {"undo": undo, "redo": redo}
+        menus["Edit"].addActions([undo, redo])
+        menus["Edit"].addSeparator()
+        actions = self.actions_by_name
+        fill_menu(menus["File"], actions, ("save", "export", "quit"))
+        fill_menu(menus["Edit"], actions, ("landmark_mode",))
+        fill_menu(menus["View"], actions)
+        fill_menu(menus["Help"], actions)
+        menus["View"].addSeparator()
+        for dock in self._docks:
+            menus["View"].addAction(dock.toggleViewAction())
+        self._recent_menu = QMenu("&Recent projects", self)
+        menus["File"].insertMenu(actions["demo"], self._recent_menu)
+        menus["File"].aboutToShow.connect(self._fill_recent)
+
+    def _make_toolbar(self) -> None:
+        bar = QToolBar("Tools", self)
+        bar.setObjectName("tools")
+        bar.setMovable(False)
+        bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        actions = self.actions_by_name
+        actions["landmark_mode"].setIconText("Landmark mode")
+        actions["undo"].setIconText("Undo")
+        actions["redo"].setIconText("Redo")
+        bar.addActions([actions["open_brains"], actions["save"], actions["export"]])
+        bar.addSeparator()
+        bar.addActions([actions["undo"], actions["redo"]])
+        bar.addSeparator()
+        bar.addActions([actions["landmark_mode"], actions["link"], actions["home"]])
+        spring = QWidget()
+        spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        bar.addWidget(spring)
+        self.blend.setRange(0, 100)
+        self.blend.setFixedWidth(140)
+        self.blend.setAccessibleName("Blend")
+        self.blend.setToolTip("Registered source at the left, target at the right")
+        bar.addWidget(QLabel("Registered "))
+        bar.addWidget(self.blend)
+        bar.addWidget(QLabel(" Target  "))
+        self.addToolBar(bar)
+
+    def _connect(self) -> None:
+        session, files = self.session, self.files
+        session.state_changed.connect(self._show_state)
+        session.project_changed.connect(self._on_project)
+        session.results_changed.connect(self._on_results)
+        self.mode.changed.connect(self._on_mode)
+        self.blend.valueChanged.connect(self._on_blend)
+        self.blend.setValue(BLEND_AT_FIRST)
+        self.steps.open_asked.connect(files.open_brains)
+        self.steps.export_asked.connect(files.export)
+        self.steps.save_asked.connect(files.save)
+        self.steps.form.applied.connect(self._on_preparation)
+        self.landmarks.refused.connect(self.show_problem)
+        self.landmarks.look_at_asked.connect(self.view_area.look_at)
+        self.start.open_asked.connect(files.open_brains)
+        self.start.project_asked.connect(files.open_project)
+        self.start.demo_asked.connect(files.open_demo)
+        self.start.recent_asked.connect(self._on_recent)
+        QGuiApplication.styleHints().colorSchemeChanged.connect(self._show_theme)
+
+    def _restore(self) -> None:
+        self.resize(1400, 900)
+        remembered = self.preferences.window
+        if remembered is not None:
+            self.restoreGeometry(remembered[0])
+            self.restoreState(remembered[1])
+
+    # What actions do
+
+    def select_all(self) -> None:
+        """Select all landmarks."""
+        self.selection.select(self.landmarks.model.ids)
+
+    def escape(self) -> None:
+        """Abandon a half-made landmark, or else select nothing."""
+        if not self.mode.abandon():
+            self.selection.clear()
+
+    def delete_landmarks(self) -> None:
+        """Remove the selected landmarks, or set them to weight 0 where they lie on the boundary."""
+        project, chosen = self.session.project, self.selection.ids
+        if project is not None and chosen:
+            what = "landmark" if len(chosen) == 1 else f"{len(chosen)} landmarks"
+            self.session.edit(f"delete {what}", edits.remove_pairs(project, chosen))
+
+    def show_shortcuts(self) -> None:
+        """Show what the mouse and the keys do."""
+        self._show_help("Mouse and keys", "shortcuts.md")
+
+    def show_method(self) -> None:
+        """Show what the program does and where that comes from."""
+        self._show_help("About the method", "method.md")
+
+    def show_problem(self, sentence: str) -> None:
+        """Show a sentence above the views; an empty one takes it away."""
+        self.banner.show_sentence(sentence)
+
+    def say(self, text: str) -> None:
+        """Say for a while what was done."""
+        self.status.showMessage(text, 6000)
+
+    def view_state(self) -> dict[str, object]:
+        """Return what a project file remembers of the window."""
+        return view_state(self)
+
+    def picture(self) -> QPixmap:
+        """Return a picture of the whole window, the views included."""
+        picture = self.grab()
+        painter = QPainter(picture)
+        for frame in self.view_area.frames:
+            if frame.canvas.isVisible():
+                image = frame.canvas.grabFramebuffer()
+                painter.drawImage(frame.canvas.mapTo(self, QPoint(0, 0)), image)
+        painter.end()
+        return picture
+
+    def _show_help(self, title: str, name: str) -> None:
+        HelpWindow(title, name, self).show()
+
+    # News
+
+    def _on_project(self, project: Project | None) -> None:
+        self._stack.setCurrentIndex(0 if project is None else 1)
+
+    def _on_results(self, results: Results | None) -> None:
+        self._show_state()
+        view = results.project.view if results is not None else {}
+        if results is not None and self._unread_view:
+            self._unread_view = False
+            read_view_state(self, view)
+        elif results is None:
+            self._unread_view = True
+
+    def _on_preparation(self, project: Project) -> None:
+        self.session.edit("change preparation", project)
+
+    def _on_mode(self) -> None:
+        action = self.actions_by_name["landmark_mode"]
+        action.setChecked(self.mode.is_on)
+        self.status.show_hint(self.mode.next_step)
+
+    def _on_blend(self, per_cent: int) -> None:
+        self.view_area.set_blend(per_cent / 100)
+
+    def _on_recent(self, path: str) -> None:
+        self.files.open_project_file(Path(path))
+
+    def _fill_recent(self) -> None:
+        self._recent_menu.clear()
+        for path in self.preferences.recent_projects:
+            action = self._recent_menu.addAction(path.name)
+            action.setToolTip(str(path))
+            action.triggered.connect(lambda _on, path=path: self.files.open_project_file(path))
+        self._recent_menu.setEnabled(not self._recent_menu.isEmpty())
+
+    def _show_state(self) -> None:
+        session = self.session
+        met = set()
+        if session.project is not None:
+            met.add("project")
+        if session.results is not None:
+            met.add("results")
+        if session.is_up_to_date:
+            met.add("current")
+        enable_actions(self.actions_by_name, met)
+        self._show_title()
+        if session.failure is not self._shown_failure:
+            self._shown_failure = session.failure
+            self.show_problem(session.failure.sentence if session.failure else "")
+
+    def _show_title(self) -> None:
+        session = self.session
+        if session.project is None:
+            self.setWindowTitle("flyreg")
+            return
+        name = session.path.name if session.path else "unsaved project"
+        self.setWindowTitle(f"{name}[*] – flyreg")
+        self.setWindowModified(bool(session.unsaved_changes))
+
+    def _show_theme(self, *_scheme: object) -> None:
+        theme = current_theme()
+        self.view_area.show_theme(theme)
+        self.banner.show_theme(theme)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        if not self.files.may_discard():
+            event.ignore()
+            return
+        self.preferences.save_window(self.saveGeometry(), self.saveState())
+        self.runner.close()
+        self.view_area.close_canvases()
+        event.accept()
+

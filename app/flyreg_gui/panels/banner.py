@@ -1,0 +1,46 @@
+"""A message above the views that waits until it is read and stops nobody."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QToolButton
+
+from flyreg_gui.theme import Theme, css
+
+
+class Banner(QFrame):
+    """One sentence and a button that takes it away."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("banner")
+        self._text = QLabel()
+        self._text.setWordWrap(True)
+        self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self.close_button = QToolButton(text="✕", autoRaise=True)
+        self.close_button.setToolTip("Dismiss")
+        self.close_button.clicked.connect(self.hide)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(10, 6, 6, 6)
+        layout.addWidget(self._text, 1)
+        layout.addWidget(self.close_button, 0, Qt.AlignmentFlag.AlignTop)
+        self.hide()
+
+    @property
+    def text(self) -> str:
+        """What is on show; empty if nothing is."""
+        return "" if self.isHidden() else self._text.text()
+
+    def show_sentence(self, sentence: str) -> None:
+        """Show a sentence; an empty one takes the banner away."""
+        self._text.setText(sentence[:1].upper() + sentence[1:])
+        self.setVisible(bool(sentence))
+
+    def show_theme(self, theme: Theme) -> None:
+        """Take the colours of a theme."""
+        ground = "#4a2a20" if theme.is_dark else "#fdebe3"
+        self.setStyleSheet(
+            f"#banner {{ background: {ground}; border-bottom: 1px solid {css(theme.bad)}; }}"
+            f"#banner QLabel {{ color: {css(theme.text)}; }}"
+        )

@@ -1,0 +1,186 @@
+"""The right dock: the table of landmarks, the weight of the selected ones, and lambda."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from PySide6.QtCore import QItemSelection, QItemSelectionModel, QSortFilterProxyModel, Qt, Signal
+from PySide6.QtWidgets import QGridLayout, QLabel, QVBoxLayout, QWidget
+
+from flyreg_core import edits
+from flyreg_core.errors import FlyregError
+from flyreg_core.project import Project
+from flyreg_gui.landmark_table import ID_ROLE, SORT_ROLE, LandmarkTable, format_weight
+from flyreg_gui.panels.weight_column import LandmarkTableView
+from flyreg_gui.selection import Selection
+from flyreg_gui.session import Session
+from flyreg_gui.sliders import SMOOTHING_SCALE, WEIGHT_SCALE, LogSlider
+
+SELECT_ROWS = (
+    QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
+)
+MANY = 3
+"""Up to how many selected landmarks are named."""
+
+
+class LandmarksPanel(QWidget):
+    """Shows the landmarks down, sends weights and lambda up."""
+
+    refused = Signal(str)  # an edit that cannot be made, and why
+    look_at_asked = Signal(str)  # id of a landmark
+
+    def __init__(self, session: Session, selection: Selection) -> None:
+        super().__init__()
+        self._session, self._selection = session, selection
+        self.model = LandmarkTable(self)
+        self._sorted = QSortFilterProxyModel(self)
+        self._sorted.setSourceModel(self.model)
+        self._sorted.setSortRole(SORT_ROLE)
+        self.table = LandmarkTableView()
+        self.table.setModel(self._sorted)
+        self.table.arrange_columns()
+        self.table.horizontalHeader().setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+        self.table.setAccessibleName("Landmarks")
+        self.weight_slider = LogSlider(WEIGHT_SCALE)
+        self.weight_slider.setAccessibleName("Weight of the selected landmarks")
+        self.smoothing_slider = LogSlider(SMOOTHING_SCALE)
+        self.smoothing_slider.setAccessibleName("Smoothing lambda")
+        self._weight_label, self._weight_value = QLabel(), QLabel()
+        self._smoothing_value = QLabel()
+        self._is_showing = False
+        self._arrange()
+        self._connect()
+        self._on_project(session.project)
+
+    def _arrange(self) -> None:
+        self.smoothing_slider.setToolTip(
+            "Left: the spline passes through every landmark. Right: it bends less and less."
+        )
+        sliders = QGridLayout()
+        sliders.setVerticalSpacing(2)
+        for row, (label, value, slider) in enumerate(
+            (
+                (self._weight_label, self._weight_value, self.weight_slider),
+                (QLabel("Smoothing"), self._smoothing_value, self.smoothing_slider),
+            )
+        ):
+            value.setAlignment(Qt.AlignmentFlag.AlignRight)
+            sliders.addWidget(label, 2 * row, 0)
+            sliders.addWidget(value, 2 * row, 1)
+            sliders.addWidget(slider, 2 * row + 1, 0, 1, 2)
+        sliders.setColumnStretch(0, 1)
+        layout = QVBoxLayout(self)
+        layout.addWidget(self.table, 1)
+        layout.addLayout(sliders)
+
+    def _connect(self) -> None:
+        session, table = self._session, self.table
+        table.weight_drag_started.connect(session.begin_gesture)
+        table.weight_dragged.connect(self._on_row_dragged)
+        table.weight_drag_ended.connect(session.end_gesture)
+        table.delegate.typed.connect(self._on_row_dragged)
+        table.delegate.renamed.connect(self._on_renamed)
+        table.doubleClicked.connect(lambda index: self.look_at_asked.emit(index.data(ID_ROLE)))
+        table.selectionModel().selectionChanged.connect(self._on_rows_selected)
+        for slider in (self.weight_slider, self.smoothing_slider):
+            slider.sliderPressed.connect(session.begin_gesture)
+            slider.sliderReleased.connect(session.end_gesture)
+        self.weight_slider.edited.connect(self._on_weight)
+        self.smoothing_slider.edited.connect(self._on_smoothing)
+        self._selection.changed.connect(self._on_selection)
+        session.project_changed.connect(self._on_project)
+        session.results_changed.connect(self._on_results)
+
+    # The user's hand
+
+    def _on_row_dragged(self, identifier: str, weight: float) -> None:
+        chosen = self._selection.ids
+        self._set_weights(chosen if identifier in chosen else (identifier,), weight)
+
+    def _on_weight(self, weight: float) -> None:
+        self._set_weights(self._selection.ids, weight)
+
+    def _set_weights(self, ids: Iterable[str], weight: float) -> None:
+        names, chosen = self._names(ids), tuple(ids)
+        project = self._session.project
+        if project is not None and chosen:
+            changed = edits.set_weights(project, chosen, weight)
+            self._session.edit(f"change weight of {names}", changed)
+
+    def _on_smoothing(self, smoothing: float) -> None:
+        project = self._session.project
+        if project is not None:
+            self._session.edit("change smoothing", edits.set_smoothing(project, smoothing))
+
+    def _on_renamed(self, identifier: str, name: str) -> None:
+        project = self._session.project
+        if project is None:
+            return
+        try:
+            self._session.edit("rename landmark", edits.rename_pair(project, identifier, name))
+        except FlyregError as error:
+            self.refused.emit(str(error))
+
+    def _on_rows_selected(self, _selected: QItemSelection, _deselected: QItemSelection) -> None:
+        if not self._is_showing:
+            rows = self.table.selectionModel().selectedRows()
+            chosen = [str(index.data(ID_ROLE)) for index in rows]
+            kept = [identifier for identifier in self._selection.ids if identifier in chosen]
+            self._selection.select([*kept, *chosen])
+
+    # What is shown
+
+    def _on_project(self, project: Project | None) -> None:
+        self.model.show(project, self._session.results)
+        self._selection.keep(self.model.ids)
+        self.smoothing_slider.setEnabled(project is not None)
+        if project is not None:
+            self.smoothing_slider.show_value(project.smoothing)
+            self._smoothing_value.setText(f"λ = {format_smoothing(project.smoothing)}")
+        self._on_selection()
+
+    def _on_results(self, _results: object) -> None:
+        self._on_project(self._session.project)
+
+    def _on_selection(self) -> None:
+        chosen = self._selection.ids
+        self._show_selected_rows()
+        self.weight_slider.setEnabled(bool(chosen))
+        names = self._names(chosen)
+        self._weight_label.setText(f"Weight of {names}" if chosen else "Weight: select a landmark")
+        weights = [self.model.pair(self.model.ids.index(chosen[-1])).weight] if chosen else []
+        for weight in weights:
+            self.weight_slider.show_value(weight)
+            inverse = f"W⁻¹ entry {1 / weight:.4g}" if weight else "left out of the spline"
+            self.weight_slider.setToolTip(f"{names}: {inverse}")
+        self._weight_value.setText(format_weight(weights[0]) if weights else "")
+
+    def _show_selected_rows(self) -> None:
+        chosen = set(self._selection.ids)
+        model, shown = self._sorted, self.table.selectionModel()
+        selected = {str(index.data(ID_ROLE)) for index in shown.selectedRows()}
+        if selected == chosen:
+            return
+        self._is_showing = True
+        rows = QItemSelection()
+        for row in range(model.rowCount()):
+            index = model.index(row, 0)
+            if index.data(ID_ROLE) in chosen:
+                rows.select(index, index)
+                if index.data(ID_ROLE) == self._selection.current:
+                    self.table.scrollTo(index)
+        shown.select(rows, SELECT_ROWS)
+        self._is_showing = False
+
+    def _names(self, ids: Iterable[str]) -> str:
+        by_id = {self.model.pair(row).id: self.model.pair(row).name for row in self._rows()}
+        names = [by_id[identifier] for identifier in ids if identifier in by_id]
+        return ", ".join(names) if len(names) <= MANY else f"{len(names)} landmarks"
+
+    def _rows(self) -> range:
+        return range(self.model.rowCount())
+
+
+def format_smoothing(smoothing: float) -> str:
+    """Return lambda as the user reads it."""
+    return f"{smoothing:.2e}" if 0 < smoothing < 1e-2 else f"{smoothing:.3g}"

@@ -1,0 +1,200 @@
+"""The table's view: each row has a slider for its weight, which can be dragged where it is drawn."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import (
+    QAbstractItemModel,
+    QEvent,
+    QModelIndex,
+    QPersistentModelIndex,
+    QRect,
+    QRectF,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QDoubleValidator, QMouseEvent, QPainter, QPalette
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QLineEdit,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableView,
+    QWidget,
+)
+
+from flyreg_gui.landmark_table import ID_ROLE, Column
+from flyreg_gui.sliders import WEIGHT_SCALE
+
+Index = QModelIndex | QPersistentModelIndex
+
+NUMBER_WIDTH = 44
+INSET = 9
+GROOVE, HANDLE = 3.0, 5.0
+
+
+def groove_of(cell: QRect) -> QRectF:
+    """Return where the groove of the slider lies in a cell of the weight column."""
+    width = max(cell.width() - NUMBER_WIDTH - 2 * INSET, 20)
+    return QRectF(cell.x() + INSET, cell.center().y() - GROOVE / 2 + 0.5, width, GROOVE)
+
+
+class WeightDelegate(QStyledItemDelegate):
+    """Draws a slider and the number; gives an editor for the number."""
+
+    typed = Signal(str, float)  # id, weight
+    renamed = Signal(str, str)  # id, name
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        if index.column() != Column.WEIGHT:
+            super().paint(painter, option, index)
+            return
+        styled = QStyleOptionViewItem(option)
+        self.initStyleOption(styled, index)
+        number = QRect(styled.rect)
+        number.setLeft(styled.rect.right() - NUMBER_WIDTH)
+        text, styled.text = styled.text, ""
+        style = styled.widget.style()
+        style.drawControl(style.ControlElement.CE_ItemViewItem, styled, painter, styled.widget)
+        is_selected = bool(styled.state & style.StateFlag.State_Selected)
+        palette = styled.palette
+        ink = palette.color(
+            QPalette.ColorRole.HighlightedText if is_selected else QPalette.ColorRole.Text
+        )
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        weight = float(index.data(Qt.ItemDataRole.EditRole))
+        _paint_slider(painter, groove_of(styled.rect), weight, styled, is_selected)
+        painter.setPen(ink)
+        painter.drawText(number.adjusted(0, 0, -6, 0), _RIGHT, text)
+        painter.restore()
+
+    def createEditor(
+        self, parent: QWidget, option: QStyleOptionViewItem, index: Index
+    ) -> QLineEdit:
+        editor = QLineEdit(parent)
+        if index.column() == Column.WEIGHT:
+            editor.setValidator(QDoubleValidator(0.0, 1e6, 6, editor))
+        return editor
+
+    def setEditorData(self, editor: QWidget, index: Index) -> None:
+        value = index.data(Qt.ItemDataRole.EditRole)
+        editor.setProperty("text", f"{value:g}" if isinstance(value, float) else str(value))
+
+    def setModelData(self, editor: QWidget, model: QAbstractItemModel, index: Index) -> None:
+        text = str(editor.property("text"))
+        identifier = str(index.data(ID_ROLE))
+        if index.column() == Column.WEIGHT:
+            self.typed.emit(identifier, float(text))
+        else:
+            self.renamed.emit(identifier, text.strip())
+
+
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+
+
+def _paint_slider(
+    painter: QPainter, groove: QRectF, weight: float, option: QStyleOptionViewItem, selected: bool
+) -> None:
+    palette = option.palette
+    handle = palette.color(
+        QPalette.ColorRole.HighlightedText if selected else QPalette.ColorRole.Highlight
+    )
+    line = palette.color(QPalette.ColorRole.HighlightedText if selected else QPalette.ColorRole.Mid)
+    line.setAlphaF(0.5 if selected else 1.0)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(line)
+    painter.drawRoundedRect(groove, GROOVE / 2, GROOVE / 2)
+    x = groove.left() + WEIGHT_SCALE.share(weight) * groove.width()
+    filled = QRectF(groove)
+    filled.setRight(x)
+    painter.setBrush(handle)
+    painter.drawRoundedRect(filled, GROOVE / 2, GROOVE / 2)
+    if weight <= 0:
+        painter.setBrush(palette.color(QPalette.ColorRole.Base))
+        painter.setPen(line)
+    painter.drawEllipse(QRectF(x - HANDLE, groove.center().y() - HANDLE, 2 * HANDLE, 2 * HANDLE))
+
+
+class LandmarkTableView(QTableView):
+    """The table; a press on a slider in the weight column drags it and selects nothing."""
+
+    weight_drag_started = Signal(str)  # id
+    weight_dragged = Signal(str, float)
+    weight_drag_ended = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.delegate = WeightDelegate(self)
+        self.setItemDelegate(self.delegate)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.DoubleClicked)
+        self.setSortingEnabled(True)
+        self.setShowGrid(False)
+        self.setAlternatingRowColors(True)
+        self.setWordWrap(False)
+        self.setTabKeyNavigation(False)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._dragged: QPersistentModelIndex | None = None
+
+    def arrange_columns(self) -> None:
+        """Give each column the room it needs; the sliders take the rest."""
+        header = self.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setMinimumSectionSize(40)
+        for column in (Column.NAME, Column.PLACE, Column.RESIDUAL):
+            header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(Column.WEIGHT, QHeaderView.ResizeMode.Stretch)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        index = self._slider_at(event)
+        if index is None or event.button() != Qt.MouseButton.LeftButton:
+            super().mousePressEvent(event)
+            return
+        self._dragged = QPersistentModelIndex(index)
+        self.weight_drag_started.emit(str(index.data(ID_ROLE)))
+        self._drag(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self._dragged is not None:
+            self._drag(event)
+        else:
+            super().mouseMoveEvent(event)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        if self._dragged is not None:
+            self._dragged = None
+            self.weight_drag_ended.emit()
+        else:
+            super().mouseReleaseEvent(event)
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        if self._slider_at(event) is not None:
+            self.mousePressEvent(event)
+        else:
+            super().mouseDoubleClickEvent(event)
+
+    def viewportEvent(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.Leave:
+            self.viewport().update()
+        return super().viewportEvent(event)
+
+    def _slider_at(self, event: QMouseEvent) -> QModelIndex | None:
+        index = self.indexAt(event.position().toPoint())
+        if not index.isValid() or index.column() != Column.WEIGHT:
+            return None
+        groove = groove_of(self.visualRect(index))
+        x = event.position().x()
+        return index if groove.left() - HANDLE <= x <= groove.right() + HANDLE else None
+
+    def _drag(self, event: QMouseEvent) -> None:
+        index = self._dragged
+        if index is None or not index.isValid():
+            return
+        cell = self.visualRect(self.model().index(index.row(), Column.WEIGHT))
+        groove = groove_of(cell)
+        share = (event.position().x() - groove.left()) / groove.width()
+        self.weight_dragged.emit(str(index.data(ID_ROLE)), WEIGHT_SCALE.value_at(share))

@@ -1,0 +1,156 @@
+"""How far the method has come: the state and the main numbers of each step, without any widget."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+
+from flyreg_core.pipeline import PreparedBrain, Results
+from flyreg_core.project import BrainInput, Project
+from flyreg_gui.session import Session
+
+
+class Step(IntEnum):
+    """The steps, in their order."""
+
+    BRAINS = 0
+    PREPARE = 1
+    FLATTEN = 2
+    REGISTER = 3
+    JUDGE = 4
+    TAKE_AWAY = 5
+
+
+TITLES = ("Brains", "Prepare", "Flatten", "Register", "Judge", "Take away")
+
+
+class State(Enum):
+    """What is known of a step; the value is what the user reads."""
+
+    WAITING = "waiting"
+    RUNNING = "running"
+    DONE = "done"
+    STALE = "out of date"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """One step as the user sees it."""
+
+    step: Step
+    state: State
+    details: tuple[str, ...]
+
+
+WORDS_OF_WORK = (
+    (Step.BRAINS, ("reading",)),
+    (Step.FLATTEN, ("flatten", "flat")),
+    (Step.JUDGE, ("measur", "distance", "judg")),
+    (Step.REGISTER, ("spline", "landmark", "lift", "mov", "pair", "warp", "regist")),
+)
+"""How reports of the pipeline tell which step they belong to; any other is about preparing."""
+
+
+def step_of_work(text: str) -> Step:
+    """Return the step that a report of the pipeline belongs to."""
+    for step, words in WORDS_OF_WORK:
+        if any(word in text.lower() for word in words):
+            return step
+    return Step.PREPARE
+
+
+def report_steps(session: Session) -> list[StepReport]:
+    """Return the state of all steps."""
+    states = [_state(session, step) for step in Step]
+    details = _details(session)
+    return [StepReport(step, states[step], tuple(details[step])) for step in Step]
+
+
+def _state(session: Session, step: Step) -> State:
+    if session.project is None:
+        return State.WAITING
+    first = _first_affected(session.project, session.results)
+    if session.is_up_to_date or step < first:
+        return State.DONE
+    later = State.WAITING if session.results is None else State.STALE
+    if session.failure is not None:
+        at = max(step_of_work(session.failure.work), first)
+        if step == at:
+            return State.FAILED
+    elif session.is_running:
+        at = max(step_of_work(session.work), first)
+        if step == at:
+            return State.RUNNING
+    else:
+        return later
+    return State.DONE if step < at else later
+
+
+def _first_affected(project: Project, results: Results | None) -> Step:
+    """Return the first step whose results are not those of the project."""
+    if results is None:
+        return Step.BRAINS
+    shown = results.project
+    pairs = ((shown.source, project.source), (shown.target, project.target))
+    if any(old.input != new.input for old, new in pairs):
+        return Step.BRAINS
+    if any(old != new for old, new in pairs):
+        return Step.PREPARE
+    return Step.REGISTER
+
+
+def _details(session: Session) -> dict[Step, list[str]]:
+    project, results = session.project, session.results
+    details: dict[Step, list[str]] = {step: [] for step in Step}
+    if project is not None:
+        details[Step.BRAINS] = [
+            _describe_input("Source", project.source.input),
+            _describe_input("Target", project.target.input),
+        ]
+    if results is not None:
+        details[Step.PREPARE] = [
+            _describe_brain("Source", results.source),
+            _describe_brain("Target", results.target),
+        ]
+        details[Step.FLATTEN] = [_describe_halves(results)]
+        details[Step.REGISTER] = [_describe_registration(results), *results.warnings]
+        details[Step.JUDGE] = _describe_distances(results)
+        details[Step.TAKE_AWAY] = ["Registered mesh, project, picture"]
+    return details
+
+
+def _describe_input(role: str, brain: BrainInput) -> str:
+    name = brain.name.replace("\\", "/").rsplit("/", 1)[-1]
+    return f"{role}: {name}, {brain.unit.replace('um', 'µm')} ({brain.unit_known_by})"
+
+
+def _describe_brain(role: str, brain: PreparedBrain) -> str:
+    handle = next(handle for handle in brain.torus.handles if handle.is_oesophagus)
+    closed = len(brain.torus.handles) - 1
+    also = f", {closed} other{'s' if closed > 1 else ''} closed" if closed else ""
+    count = len(brain.surface.vertices)
+    return f"{role}: {count:,} vertices; oesophagus {handle.width_um:.0f} µm wide{also}"
+
+
+def _describe_halves(results: Results) -> str:
+    parts = [f"{name} {len(half.faces):,}" for name, half in results.source.halves.items()]
+    return f"Source triangles: {', '.join(parts)}"
+
+
+def _describe_registration(results: Results) -> str:
+    flipped = sum(results.registration.flipped.values())
+    used = sum(landmark.pair.weight > 0 for landmark in results.landmarks)
+    folds = "no folds" if flipped == 0 else f"{flipped} folded triangles"
+    return f"{used} of {len(results.landmarks)} landmarks in use; {folds}"
+
+
+def _describe_distances(results: Results) -> list[str]:
+    distances = results.distances
+    if distances is None:
+        return ["Measured when the hand is off the slider"]
+    forth, back = distances.source_to_target, distances.target_to_source
+    return [
+        f"To target: mean {forth.mean_um:.2f}, largest {forth.hausdorff_um:.1f} µm",
+        f"From target: mean {back.mean_um:.2f}, largest {back.hausdorff_um:.1f} µm",
+    ]

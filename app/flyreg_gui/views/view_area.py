@@ -1,0 +1,225 @@
+"""The five views: what they show of the results, and what a click in them means."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtWidgets import QSplitter, QVBoxLayout, QWidget
+
+from flyreg_core.edits import Role
+from flyreg_core.mesh import Floats
+from flyreg_core.pipeline import PreparedBrain, Results
+from flyreg_gui.landmark_mode import LandmarkMode
+from flyreg_gui.selection import Selection
+from flyreg_gui.session import Session
+from flyreg_gui.theme import SOURCE, TARGET, Color, Theme
+from flyreg_gui.views.camera import CameraLink, ViewSpace
+from flyreg_gui.views.canvas import Canvas, FlatCanvas
+from flyreg_gui.views.flat_view import FlatView
+from flyreg_gui.views.layers import Colors
+from flyreg_gui.views.markers import style_markers
+from flyreg_gui.views.relief import relief_colors
+from flyreg_gui.views.surface_view import SurfaceView
+from flyreg_gui.views.view_frame import ViewFrame
+
+CONTROL = Qt.KeyboardModifier.ControlModifier
+
+
+class _Look:
+    """What is drawn of one prepared brain whatever the registration: its space and its colours."""
+
+    def __init__(self, brain: PreparedBrain, color: Color) -> None:
+        self.brain = brain
+        self.space = ViewSpace.of(brain.surface, brain.frame)
+        self.colors: Colors = relief_colors(brain.surface, color)
+
+
+class ViewArea(QWidget):
+    """Source, target, registered over target; below them the halves laid flat."""
+
+    def __init__(self, session: Session, selection: Selection, mode: LandmarkMode) -> None:
+        super().__init__()
+        self._session, self._selection, self._mode = session, selection, mode
+        self._theme: Theme | None = None
+        self._looks: dict[Role, _Look] = {}
+        self._make_frames()
+        self._arrange()
+        self.source = SurfaceView(self.frames[0].canvas)
+        self.target = SurfaceView(self.frames[1].canvas)
+        self.registered = SurfaceView(self.frames[2].canvas)
+        self.anterior = FlatView(self._flat_canvases[0], "anterior")
+        self.posterior = FlatView(self._flat_canvases[1], "posterior")
+        self.surface_views = (self.source, self.target, self.registered)
+        self.flat_views = (self.anterior, self.posterior)
+        self.views: tuple[SurfaceView | FlatView, ...] = (*self.surface_views, *self.flat_views)
+        self.link = CameraLink(self.surface_views, self)
+        for view in self.views:
+            view.canvas.clicked.connect(partial(self._on_clicked, view))
+        session.results_changed.connect(self._on_results)
+        selection.changed.connect(self._show_landmarks)
+        mode.changed.connect(self._on_mode)
+
+    def _make_frames(self) -> None:
+        titles = (
+            ("Source", "The brain that is moved appears here.", SOURCE, Canvas),
+            ("Target", "The brain that stays appears here.", TARGET, Canvas),
+            ("Registered on target", "The moved source appears here, over the target.", None, Canvas),
+            ("Anterior half, flat", "The front half appears here, laid flat.", None, FlatCanvas),
+            ("Posterior half, flat", "The back half appears here, laid flat.", None, FlatCanvas),
+        )
+        self.frames = [ViewFrame(*title) for title in titles]
+        self._flat_canvases = [
+            frame.canvas for frame in self.frames if isinstance(frame.canvas, FlatCanvas)
+        ]
+        for frame in self.frames:
+            frame.maximise_asked.connect(partial(self.toggle_maximised, frame))
+
+    def _arrange(self) -> None:
+        top, bottom = QSplitter(Qt.Orientation.Horizontal), QSplitter(Qt.Orientation.Horizontal)
+        self._rows = (top, bottom)
+        for row, frames in zip(self._rows, (self.frames[:3], self.frames[3:]), strict=True):
+            row.setChildrenCollapsible(False)
+            for frame in frames:
+                row.addWidget(frame)
+            row.setSizes([1000] * len(frames))
+        both = QSplitter(Qt.Orientation.Vertical)
+        both.setChildrenCollapsible(False)
+        both.addWidget(top)
+        both.addWidget(bottom)
+        both.setSizes([1000, 1000])
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.addWidget(both)
+
+    # What the window asks for
+
+    def show_theme(self, theme: Theme) -> None:
+        """Take the colours of a theme."""
+        self._theme = theme
+        for view in self.views:
+            view.show_theme(theme)
+        self._show_landmarks()
+
+    def set_blend(self, blend: float) -> None:
+        """Show the registered source at 0, the target at 1, where both are on show."""
+        self.registered.set_overlay_opacity(blend)
+        for view in self.flat_views:
+            view.set_blend(blend)
+
+    def go_home(self) -> None:
+        """Show everything as at first: brains from the front, the halves whole."""
+        for view in self.views:
+            view.go_home()
+
+    def look_at(self, identifier: str) -> None:
+        """Turn the brains so that a landmark faces the user."""
+        self.source.look_at(identifier)
+        if not self.link.is_on:
+            self.target.look_at(identifier)
+            self.registered.look_at(identifier)
+
+    def toggle_maximised(self, frame: ViewFrame) -> None:
+        """Give the whole area to one view, or share it again."""
+        shown = [other for other in self.frames if not other.isHidden()]
+        restore = shown == [frame]
+        for row in self._rows:
+            row.setVisible(restore or row.indexOf(frame) >= 0)
+        for other in self.frames:
+            other.setVisible(restore or other is frame)
+
+    def close_canvases(self) -> None:
+        """End VTK in each view; nothing can be drawn afterwards."""
+        for frame in self.frames:
+            frame.canvas.close()
+
+    # News
+
+    def _on_results(self, results: Results | None) -> None:
+        for frame in self.frames:
+            frame.set_empty(results is None)
+        if results is None:
+            self._looks = {}
+            for view in self.views:
+                view.clear()
+            for frame in self.frames:
+                frame.title.set_detail("")
+            return
+        self._show_brains(results)
+        self._show_landmarks()
+
+    def _show_brains(self, results: Results) -> None:
+        source = self._look("source", results.source, SOURCE)
+        target = self._look("target", results.target, TARGET)
+        mine, other = results.source.surface, results.target.surface
+        moved = results.registration.surface
+        self.source.show_surface(mine.vertices, mine.faces, source.colors, source.space)
+        self.target.show_surface(other.vertices, other.faces, target.colors, target.space)
+        self.registered.show_surface(moved.vertices, moved.faces, source.colors, target.space)
+        self.registered.show_overlay(other.vertices, other.faces, target.colors)
+        for view in self.flat_views:
+            view.show(results, source.colors, target.colors)
+        self.frames[0].title.set_detail(results.project.source.input.name)
+        self.frames[1].title.set_detail(results.project.target.input.name)
+        for frame in self.frames[3:]:
+            frame.title.set_detail("warped source over target, seen from outside")
+
+    def _look(self, role: Role, brain: PreparedBrain, color: Color) -> _Look:
+        known = self._looks.get(role)
+        if known is None or known.brain is not brain:
+            self._looks[role] = _Look(brain, color)
+        return self._looks[role]
+
+    def _show_landmarks(self) -> None:
+        results = self._session.results
+        if results is None or self._theme is None:
+            return
+        landmarks = results.landmarks
+        style = style_markers(landmarks, self._selection.ids, self._theme)
+        sources = points_of([landmark.source_point for landmark in landmarks])
+        targets = points_of([landmark.target_point for landmark in landmarks])
+        self.source.show_landmarks(sources, style)
+        self.target.show_landmarks(targets, style)
+        self.registered.show_landmarks(targets, style)
+        for view in self.flat_views:
+            view.show_landmarks(landmarks, style)
+
+    # Clicks
+
+    def _on_clicked(
+        self, view: SurfaceView | FlatView, position: QPointF, modifiers: Qt.KeyboardModifier
+    ) -> None:
+        role = self._role_of(view)
+        if self._mode.is_on and role is not None and isinstance(view, SurfaceView):
+            point = view.point_at(position)
+            if point is not None:
+                self._mode.place(role, point)
+            return
+        identifier = view.landmark_at(position)
+        if identifier is None:
+            if not modifiers & CONTROL:
+                self._selection.clear()
+        elif modifiers & CONTROL:
+            self._selection.toggle(identifier)
+        else:
+            self._selection.select([identifier])
+
+    def _role_of(self, view: SurfaceView | FlatView) -> Role | None:
+        if view is self.source:
+            return "source"
+        return "target" if view is self.target else None
+
+    def _on_mode(self) -> None:
+        cursor = Qt.CursorShape.CrossCursor if self._mode.is_on else Qt.CursorShape.ArrowCursor
+        for view in (self.source, self.target):
+            view.canvas.setCursor(cursor)
+        self.source.show_waiting_point(self._mode.waiting.get("source"))
+        self.target.show_waiting_point(self._mode.waiting.get("target"))
+
+
+def points_of(places: Sequence[ArrayLike]) -> Floats:
+    """Return places in space as an (n, 3) array, also if there is none."""
+    return np.array(places, dtype=np.float64).reshape(-1, 3)
