@@ -30,7 +30,9 @@ class ActionSpec:
 
 
 SPECS = (
-    ActionSpec("open_brains", "File", "Open &brains…", ("Ctrl+N",), lambda w: w.files.open_brains()),
+    ActionSpec(
+        "open_brains", "File", "Open &brains…", ("Ctrl+N",), lambda w: w.files.open_brains()
+    ),
     ActionSpec(
         "open_project", "File", "&Open project…", ("Ctrl+O",), lambda w: w.files.open_project()
     ),

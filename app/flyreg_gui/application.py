@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from flyreg_core.pipeline import Pipeline
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QApplication
 
 from flyreg_core.brain_files import open_brain
 from flyreg_core.errors import FlyregError
-from flyreg_core.pipeline import Pipeline
 from flyreg_core.project import Brain, Project, Unit
 from flyreg_core.project_file import load_project
 from flyreg_gui.failures import ExceptionCatcher, sentence_for
@@ -63,7 +63,10 @@ def requested_project(request: Request) -> Project | None:
         return load_project(request.project)
     if request.brains is None:
         return None
-    units: tuple[Unit | None, Unit | None] = (_unit(request.source_unit), _unit(request.target_unit))
+    units: tuple[Unit | None, Unit | None] = (
+        _unit(request.source_unit),
+        _unit(request.target_unit),
+    )
     source, target = (
         Brain(open_brain(name, unit)) for name, unit in zip(request.brains, units, strict=True)
     )
@@ -104,7 +107,9 @@ class Photographer(QObject):
         if self._window.picture().save(str(self._path), "PNG"):
             self._end(0)
         else:
-            self._end(_complain(f"{self._path} cannot be written; choose another file", INPUT_ERROR))
+            self._end(
+                _complain(f"{self._path} cannot be written; choose another file", INPUT_ERROR)
+            )
 
     def _end(self, status: int) -> None:
         self._status, self._is_ending = status, True

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from enum import Enum, auto
 from pathlib import Path
-from typing import cast
 
+from flyreg_resources import read_help
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QComboBox,
@@ -25,7 +25,6 @@ from flyreg_core.brain_files import open_brain, template_labels
 from flyreg_core.errors import FlyregError
 from flyreg_core.project import BrainInput, Unit
 from flyreg_gui.preferences import Preferences
-from flyreg_resources import read_help
 
 MESH_FILTER = "Meshes (*.ply *.obj *.stl *.off *.glb *.gltf *.vtk);;All files (*)"
 UNITS: tuple[tuple[str, Unit | None], ...] = (
@@ -169,5 +168,5 @@ def ask_for_saving_path(
     text, _ = QFileDialog.getSaveFileName(parent, title, str(suggestion), filters)
     if not text:
         return None
-    path = Path(cast("str", text))
+    path = Path(text)
     return path if path.suffix else path.with_suffix(suffix)

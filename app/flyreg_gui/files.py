@@ -6,18 +6,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from flyreg_core.pipeline import Results
+from flyreg_resources.demo import make_demo_pair
 from PySide6.QtCore import QStandardPaths
 from PySide6.QtWidgets import QFileDialog
 
 from flyreg_core.brain_files import open_brain, write_mesh
 from flyreg_core.errors import FlyregError
-from flyreg_core.pipeline import Results
 from flyreg_core.project import Brain, Project
 from flyreg_core.project_file import load_project, save_project
 from flyreg_gui.dialogs import Answer, OpenBrainsDialog, ask_about_changes, ask_for_saving_path
 from flyreg_gui.failures import sentence_for
 from flyreg_gui.session import with_view
-from flyreg_resources.demo import make_demo_pair
 
 if TYPE_CHECKING:
     from flyreg_gui.main_window import MainWindow
@@ -168,9 +168,8 @@ def demo_project() -> Project:
     cache = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.GenericCacheLocation)
     folder = Path(cache) / "flyreg" / "demo"
     folder.mkdir(parents=True, exist_ok=True)
-    brains = []
-    for name, mesh in zip(("demo-source", "demo-target"), make_demo_pair(), strict=True):
-        path = folder / f"{name}.ply"
+    paths = (folder / "demo-source.ply", folder / "demo-target.ply")
+    for path, mesh in zip(paths, make_demo_pair(), strict=True):
         write_mesh(path, mesh, "um")
-        brains.append(Brain(open_brain(str(path), "um")))
-    return Project(*brains)
+    source, target = (Brain(open_brain(str(path), "um")) for path in paths)
+    return Project(source, target)

@@ -29,7 +29,7 @@ class Column(IntEnum):
     RESIDUAL = 3
 
 
-HEADERS = ("Landmark", "Curve", "Weight", "Residual")
+HEADERS = ("Landmark", "Curve", "Weight", "Residual, µm")
 HEADER_TIPS = (
     "Double-click a landmark of your own to rename it",
     "The curve a landmark lies on, and the half if it belongs to one only",
@@ -48,7 +48,7 @@ class Row:
     @property
     def place(self) -> str:
         """The curve, and the half if the pair belongs to one only."""
-        half = {"anterior": " (ant.)", "posterior": " (post.)", None: ""}[self.pair.half]
+        half = {"anterior": ", ant.", "posterior": ", post.", None: ""}[self.pair.half]
         return f"{self.pair.kind}{half}"
 
 
@@ -83,14 +83,17 @@ class LandmarkTable(QAbstractTableModel):
     # What Qt asks
 
     def rowCount(self, parent: Index = ROOT) -> int:
+        """Return how many landmarks there are."""
         return 0 if parent.isValid() else len(self._rows)
 
     def columnCount(self, parent: Index = ROOT) -> int:
+        """Return how many columns there are."""
         return 0 if parent.isValid() else len(Column)
 
     def headerData(
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
     ) -> Any:
+        """Return the headers and their tips."""
         if orientation == Qt.Orientation.Horizontal:
             if role == Qt.ItemDataRole.DisplayRole:
                 return HEADERS[section]
@@ -99,6 +102,7 @@ class LandmarkTable(QAbstractTableModel):
         return None
 
     def flags(self, index: Index) -> Qt.ItemFlag:
+        """Return what can be done with a cell: weights and one's own names are edited."""
         flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
         if not index.isValid():
             return Qt.ItemFlag.NoItemFlags
@@ -108,6 +112,7 @@ class LandmarkTable(QAbstractTableModel):
         return flags
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        """Return what is shown in a cell, or known about its row."""
         if not index.isValid():
             return None
         row, column = self._rows[index.row()], Column(index.column())
@@ -153,7 +158,7 @@ def _text(row: Row, column: Column) -> str:
         case Column.WEIGHT:
             return format_weight(row.pair.weight)
         case Column.RESIDUAL:
-            return "–" if row.residual_um is None else f"{row.residual_um:.2f} µm"
+            return "" if row.residual_um is None else f"{row.residual_um:.2f}"
 
 
 def _sort_key(row: Row, column: Column) -> Any:

@@ -86,9 +86,7 @@ def make_parser() -> argparse.ArgumentParser:
         help="register, write a picture (PNG) of the whole window, and end",
     )
     for role in ("source", "target"):
-        parser.add_argument(
-            f"--{role}-unit", choices=UNITS, help=f"the unit of the {role}'s file"
-        )
+        parser.add_argument(f"--{role}-unit", choices=UNITS, help=f"the unit of the {role}'s file")
     parser.add_argument("--version", action="version", version=f"%(prog)s {_version()}")
     return parser
 

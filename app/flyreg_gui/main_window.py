@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QCloseEvent, QGuiApplication, QPainter, QPixmap
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt
+from PySide6.QtGui import QCloseEvent, QGuiApplication, QKeyEvent, QKeySequence, QPainter, QPixmap
 from PySide6.QtWidgets import (
+    QAbstractButton,
     QDockWidget,
     QLabel,
     QMainWindow,
@@ -69,6 +70,7 @@ class MainWindow(QMainWindow):
         self._make_toolbar()
         self.status = StatusBar(self.session)
         self.setStatusBar(self.status)
+        self._spare_buttons()
         self._connect()
         self._show_theme()
         self._show_state()
@@ -100,7 +102,7 @@ class MainWindow(QMainWindow):
             dock.setWidget(widget)
             self.addDockWidget(area, dock)
             self._docks.append(dock)
-        self.resizeDocks(self._docks, [290, 350], Qt.Orientation.Horizontal)
+        self.resizeDocks(self._docks, [290, 400], Qt.Orientation.Horizontal)
 
     def _make_menus(self) -> None:
         menus: dict[str, QMenu] = {}
@@ -110,7 +112,7 @@ class MainWindow(QMainWindow):
         undo = self.session.undo_stack.createUndoAction(self, "&Undo")
         redo = self.session.undo_stack.createRedoAction(self, "&Redo")
         undo.setShortcut("Ctrl+Z")
-        redo.setShortcuts(["Ctrl+Shift+Z", "Ctrl+Y"])
+        redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
         self.actions_by_name |= {"undo": undo, "redo": redo}
         menus["Edit"].addActions([undo, redo])
         menus["Edit"].addSeparator()
@@ -171,6 +173,14 @@ class MainWindow(QMainWindow):
         self.start.demo_asked.connect(files.open_demo)
         self.start.recent_asked.connect(self._on_recent)
         QGuiApplication.styleHints().colorSchemeChanged.connect(self._show_theme)
+
+    def _spare_buttons(self) -> None:
+        """Leave Space to a button that the keyboard went to; a click does not take the keyboard."""
+        self._spare = SpareSpace(self)
+        for button in self.findChildren(QAbstractButton):
+            button.installEventFilter(self._spare)
+            if button.focusPolicy() & Qt.FocusPolicy.ClickFocus:
+                button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
 
     def _restore(self) -> None:
         self.resize(1400, 900)
@@ -288,7 +298,7 @@ class MainWindow(QMainWindow):
             self.setWindowTitle("flyreg")
             return
         name = session.path.name if session.path else "unsaved project"
-        self.setWindowTitle(f"{name}[*] – flyreg")
+        self.setWindowTitle(f"{name}[*] - flyreg")
         self.setWindowModified(bool(session.unsaved_changes))
 
     def _show_theme(self, *_scheme: object) -> None:
@@ -297,6 +307,7 @@ class MainWindow(QMainWindow):
         self.banner.show_theme(theme)
 
     def closeEvent(self, event: QCloseEvent) -> None:
+        """Ask about unsaved changes, then end the worker and VTK."""
         if not self.files.may_discard():
             event.ignore()
             return
@@ -305,3 +316,14 @@ class MainWindow(QMainWindow):
         self.view_area.close_canvases()
         event.accept()
 
+
+class SpareSpace(QObject):
+    """Keeps the window's Space shortcut from buttons that have the keyboard."""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Claim Space for the button before the shortcut gets it."""
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            if event.key() == Qt.Key.Key_Space:
+                event.accept()
+                return True
+        return super().eventFilter(watched, event)

@@ -19,7 +19,9 @@ class Preferences:
     def recent_projects(self) -> list[Path]:
         """Project files that still exist, the last used first."""
         value = self._settings.value("recent_projects", [])
-        texts = [value] if isinstance(value, str) else list(value or [])
+        if isinstance(value, str):  # what a list of one becomes in some formats
+            value = [value]
+        texts = value if isinstance(value, list) else []
         return [path for path in map(Path, map(str, texts)) if path.is_file()]
 
     def add_recent(self, path: Path) -> None:

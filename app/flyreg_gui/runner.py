@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
+from flyreg_core.pipeline import Results
 from PySide6.QtCore import QObject, Signal
 
 from flyreg_core.errors import Cancelled
-from flyreg_core.pipeline import Results
 from flyreg_core.progress import Report
 from flyreg_core.project import Project
 

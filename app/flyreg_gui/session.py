@@ -6,11 +6,11 @@ import itertools
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from flyreg_core.pipeline import Results
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from flyreg_core.errors import FlyregError
-from flyreg_core.pipeline import Results
 from flyreg_core.project import Project
 from flyreg_gui.failures import sentence_for
 from flyreg_gui.runner import Run, Runner

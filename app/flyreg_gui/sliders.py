@@ -76,6 +76,7 @@ class LogSlider(QSlider):
         self.edited.emit(self.scale.value(position))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Jump to the mouse and follow it."""
         if event.button() != Qt.MouseButton.LeftButton:
             event.ignore()
             return
@@ -83,15 +84,18 @@ class LogSlider(QSlider):
         self._follow(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Follow the mouse."""
         if self.isSliderDown():
             self._follow(event)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Stay where the mouse let go."""
         if event.button() == Qt.MouseButton.LeftButton:
             self.setSliderDown(False)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        event.ignore()  # scrolling past a slider must not change it
+        """Leave the wheel to what scrolls: scrolling past must change nothing."""
+        event.ignore()
 
     def _follow(self, event: QMouseEvent) -> None:
         option = QStyleOptionSlider()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum, IntEnum
 
 from flyreg_core.pipeline import PreparedBrain, Results
+
 from flyreg_core.project import BrainInput, Project
 from flyreg_gui.session import Session
 

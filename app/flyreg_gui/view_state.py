@@ -40,7 +40,8 @@ def read_view_state(window: MainWindow, state: Mapping[str, object]) -> None:
 
 
 def _triple(value: object) -> tuple[float, ...] | None:
-    if isinstance(value, Sequence) and not isinstance(value, str) and len(value) == 3:
-        if all(isinstance(number, int | float) for number in value):
-            return tuple(float(number) for number in value)
-    return None
+    if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != 3:
+        return None
+    if not all(isinstance(number, int | float) for number in value):
+        return None
+    return tuple(float(number) for number in value)

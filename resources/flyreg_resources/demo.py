@@ -69,7 +69,7 @@ def deform(points: Floats) -> Floats:
 
 
 def _depth(points: Floats) -> Floats:
-    """Return about how deep points (..., 3) lie inside the source, micrometres; negative outside."""
+    """Return about how deep points (..., 3) lie inside the source; negative outside."""
     depth = np.full(points.shape[:-1], -np.inf)
     for center, radii in PARTS:
         sides = (1.0, -1.0) if center[0] else (1.0,)

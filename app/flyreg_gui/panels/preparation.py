@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any, Literal
 
+from flyreg_core.pipeline import PreparedBrain, Results
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QDoubleValidator
 from PySide6.QtWidgets import (
@@ -19,11 +21,11 @@ from PySide6.QtWidgets import (
 )
 
 from flyreg_core.landmarks import LandmarkParameters
-from flyreg_core.pipeline import PreparedBrain, Results
 from flyreg_core.project import Brain, Project
 from flyreg_gui.session import Session
 
-PAIRINGS = ("coordinate", "arc length", "nearest")
+Pairing = Literal["coordinate", "arc length", "nearest"]
+PAIRINGS: tuple[Pairing, ...] = ("coordinate", "arc length", "nearest")
 PAIRING_TIP = (
     "Which places of a curve belong together: at the same share of the way along the animal's "
     "axis, at the same share of the curve's length, or nearest in the flat domain"
@@ -224,9 +226,9 @@ def _spin_box(name: str, low: int, high: int) -> QSpinBox:
     return box
 
 
-def _changed_signal(widget: QWidget) -> Signal:
+def _changed_signal(widget: QWidget) -> Any:
     if isinstance(widget, QLineEdit):
         return widget.textChanged
     if isinstance(widget, QComboBox):
         return widget.currentIndexChanged
-    return widget.valueChanged  # type: ignore[attr-defined, no-any-return]
+    return widget.valueChanged  # type: ignore[attr-defined]

@@ -55,7 +55,9 @@ class StartPage(QWidget):
     def show_recent(self, paths: Sequence[Path]) -> None:
         """Offer projects that were open lately."""
         while (item := self._recent.takeAt(0)) is not None:
-            item.widget().deleteLater()
+            widget = item.widget()
+            if widget is not None:
+                widget.deleteLater()
         if paths:
             self._recent.addWidget(QLabel("<b>Recent projects</b>"))
         for path in paths[:5]:

@@ -1,4 +1,4 @@
-"""The left dock: the steps of the method, the settings of the preparation, and the work's progress."""
+"""The left dock: the steps of the method, how brains are prepared, and how far the work is."""
 
 from __future__ import annotations
 
@@ -160,7 +160,10 @@ class StepsPanel(QWidget):
         self.cards = [StepCard(step) for step in Step]
         self.form = PreparationForm(session)
         self.work = WorkBar()
-        self.settings_button = QToolButton(text="Settings", checkable=True, autoRaise=True)
+        self.settings_button = QToolButton()
+        self.settings_button.setText("Settings")
+        self.settings_button.setCheckable(True)
+        self.settings_button.setAutoRaise(True)
         self.settings_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.open_button = QPushButton("Open…")
         self.export_button, self.save_button = QPushButton("Export mesh…"), QPushButton("Save…")

@@ -1,10 +1,9 @@
-"""The table's view: each row has a slider for its weight, which can be dragged where it is drawn."""
+"""The table's view: the weight column is a row of sliders that are dragged where they are drawn."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import (
     QAbstractItemModel,
-    QEvent,
     QModelIndex,
     QPersistentModelIndex,
     QRect,
@@ -28,6 +27,7 @@ from flyreg_gui.sliders import WEIGHT_SCALE
 
 Index = QModelIndex | QPersistentModelIndex
 
+WEIGHT_WIDTH = 138
 NUMBER_WIDTH = 44
 INSET = 9
 GROOVE, HANDLE = 3.0, 5.0
@@ -46,6 +46,7 @@ class WeightDelegate(QStyledItemDelegate):
     renamed = Signal(str, str)  # id, name
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Draw a slider and its number; other cells as usual."""
         if index.column() != Column.WEIGHT:
             super().paint(painter, option, index)
             return
@@ -72,16 +73,19 @@ class WeightDelegate(QStyledItemDelegate):
     def createEditor(
         self, parent: QWidget, option: QStyleOptionViewItem, index: Index
     ) -> QLineEdit:
+        """Return a field to type in; for weights it takes numbers only."""
         editor = QLineEdit(parent)
         if index.column() == Column.WEIGHT:
             editor.setValidator(QDoubleValidator(0.0, 1e6, 6, editor))
         return editor
 
     def setEditorData(self, editor: QWidget, index: Index) -> None:
+        """Put the present value into the field."""
         value = index.data(Qt.ItemDataRole.EditRole)
         editor.setProperty("text", f"{value:g}" if isinstance(value, float) else str(value))
 
     def setModelData(self, editor: QWidget, model: QAbstractItemModel, index: Index) -> None:
+        """Tell what was typed; the model changes when the project does."""
         text = str(editor.property("text"))
         identifier = str(index.data(ID_ROLE))
         if index.column() == Column.WEIGHT:
@@ -144,12 +148,15 @@ class LandmarkTableView(QTableView):
         """Give each column the room it needs; the sliders take the rest."""
         header = self.horizontalHeader()
         header.setHighlightSections(False)
-        header.setMinimumSectionSize(40)
-        for column in (Column.NAME, Column.PLACE, Column.RESIDUAL):
+        header.setMinimumSectionSize(48)
+        for column in (Column.PLACE, Column.RESIDUAL):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(Column.WEIGHT, QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(Column.NAME, QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(Column.WEIGHT, QHeaderView.ResizeMode.Fixed)
+        header.resizeSection(Column.WEIGHT, WEIGHT_WIDTH)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin to drag the slider under the mouse, or select."""
         index = self._slider_at(event)
         if index is None or event.button() != Qt.MouseButton.LeftButton:
             super().mousePressEvent(event)
@@ -159,12 +166,14 @@ class LandmarkTableView(QTableView):
         self._drag(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Drag the slider that was pressed."""
         if self._dragged is not None:
             self._drag(event)
         else:
             super().mouseMoveEvent(event)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go of the slider."""
         if self._dragged is not None:
             self._dragged = None
             self.weight_drag_ended.emit()
@@ -172,15 +181,11 @@ class LandmarkTableView(QTableView):
             super().mouseReleaseEvent(event)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Take a double click on a slider as two presses."""
         if self._slider_at(event) is not None:
             self.mousePressEvent(event)
         else:
             super().mouseDoubleClickEvent(event)
-
-    def viewportEvent(self, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.Leave:
-            self.viewport().update()
-        return super().viewportEvent(event)
 
     def _slider_at(self, event: QMouseEvent) -> QModelIndex | None:
         index = self.indexAt(event.position().toPoint())

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
-from pyvistaqt import QtInteractor
 from PySide6.QtCore import QEvent, QPointF, Qt, Signal
 from PySide6.QtGui import QEnterEvent, QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
+from pyvistaqt import QtInteractor
 
 from flyreg_gui.theme import Theme, unit
 
@@ -20,7 +22,7 @@ WHEEL_ZOOM = 1.15
 
 
 class Canvas(QtInteractor):
-    """A scene with a camera. Left drag turns, middle or shift drag moves, right drag or wheel zooms.
+    """A scene with a camera: left drag turns, middle or shift drag moves, right drag zooms.
 
     VTK sees none of these events: its own keys and gestures would clash with the window's. What
     changes the picture asks for `refresh`, and Qt draws at most once per frame.
@@ -63,7 +65,8 @@ class Canvas(QtInteractor):
 
     def to_display(self, position: QPointF) -> tuple[float, float]:
         """Return a position in the widget as VTK counts: device pixels from the lower left."""
-        width, height = self.ren_win.GetSize()
+        window: Any = self.ren_win
+        width, height = window.GetSize()
         return (
             position.x() / max(self.width(), 1) * width,
             (1 - position.y() / max(self.height(), 1)) * height,
@@ -81,14 +84,17 @@ class Canvas(QtInteractor):
     # Qt's events
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin a click or a drag."""
         self._press = self._last = event.position()
         self._is_drag = False
         event.accept()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Take the second press as any other."""
         self.mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Turn, move or zoom once the mouse has left the place of the press."""
         if self._press is None or not event.buttons():
             return
         position = event.position()
@@ -101,31 +107,38 @@ class Canvas(QtInteractor):
             self.camera_moved.emit()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """End a drag, or tell of a click."""
         is_click = self._press is not None and not self._is_drag
         self._press = None
         if is_click and event.button() == Qt.MouseButton.LeftButton:
             self.clicked.emit(event.position(), event.modifiers())
 
     def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom at the mouse."""
         self.zoom_at(event.position(), WHEEL_ZOOM ** (event.angleDelta().y() / 120))
         self.refresh()
         self.camera_moved.emit()
         event.accept()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
+        """Tell that there is more or less room."""
         super().resizeEvent(event)
         self.resized.emit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Leave keys to the window; VTK would quit at q."""
         event.ignore()
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """Leave keys to the window."""
         event.ignore()
 
     def enterEvent(self, event: QEnterEvent) -> None:
+        """Keep from VTK that the mouse came."""
         event.accept()
 
     def leaveEvent(self, event: QEvent) -> None:
+        """Keep from VTK that the mouse left."""
         event.accept()
 
     # What a drag does
@@ -172,4 +185,5 @@ class FlatCanvas(Canvas):
     """A canvas for plane things: each drag moves, none turns."""
 
     def turn(self, step: QPointF) -> None:
+        """Move, because plane things do not turn."""
         self.pan(step)

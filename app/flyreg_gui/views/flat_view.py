@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from flyreg_core.pipeline import PlacedLandmark, Results
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
 
 from flyreg_core.landmarks import HalfName
 from flyreg_core.mesh import Floats, Integers
-from flyreg_core.pipeline import PlacedLandmark, Results
 from flyreg_core.topology import boundary_loops
 from flyreg_gui.theme import SOURCE, Theme
 from flyreg_gui.views.canvas import FlatCanvas
@@ -56,7 +56,7 @@ class GridLines:
 
 
 def _level_line(height: Floats, faces: Integers) -> tuple[Integers, Integers, Floats]:
-    """Return where the zero line of `height` (k,) crosses edges: two points for each face it meets."""
+    """Return where the zero line of `height` (k,) crosses edges: two points for each face."""
     above = height[faces] > 0
     crossed = faces[above.any(axis=1) & ~above.all(axis=1)]
     edges = np.stack([crossed, np.roll(crossed, -1, axis=1)], axis=-1).reshape(-1, 2)
@@ -104,9 +104,7 @@ class FlatView:
         self._grid.set_width(scale)
         self.canvas.show_theme(theme)
 
-    def show(
-        self, results: Results, source: NDArray[np.uint8], target: NDArray[np.uint8]
-    ) -> None:
+    def show(self, results: Results, source: NDArray[np.uint8], target: NDArray[np.uint8]) -> None:
         """Draw a registration; `source` and `target` are the colours of the surfaces' vertices."""
         mine, other = results.source.halves[self.half], results.target.halves[self.half]
         warped = results.registration.halves[self.half].plane
@@ -125,7 +123,7 @@ class FlatView:
         self.canvas.refresh()
 
     def show_landmarks(self, landmarks: tuple[PlacedLandmark, ...], style: MarkerStyle) -> None:
-        """Draw the landmarks of this half: a small ball where one starts, a large one at its target."""
+        """Draw the landmarks of this half: small where one starts, large where it belongs."""
         rows = [i for i, landmark in enumerate(landmarks) if self.half in landmark.plane]
         pairs = np.array([landmarks[i].plane[self.half] for i in rows]).reshape(-1, 2, 2)
         starts, ends = raised(pairs[:, 0], MARKER_Z), raised(pairs[:, 1], MARKER_Z)

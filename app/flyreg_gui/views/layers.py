@@ -1,8 +1,9 @@
-"""What is drawn: each layer is updated in place, and makes new VTK objects only for new topology."""
+"""What is drawn: layers are updated in place; only new topology makes new VTK objects."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pyvista as pv
@@ -41,23 +42,24 @@ class SurfaceLayer:
     def show(self, vertices: Floats, faces: Integers, colors: Colors) -> None:
         """Draw a mesh; if only its vertices moved since the last time, move them."""
         if self.actor is not None and faces is self._faces:
-            self._polydata.points[:] = vertices
+            _put(self._polydata.points, vertices)
             if colors is not self._colors:
-                self._polydata.point_data["color"][:] = colors
+                _put(self._polydata.point_data["color"], colors)
         else:
             self._build(vertices, faces, colors)
         self._faces, self._colors = faces, colors
         if self._normals is not None:
-            self._polydata.point_data.active_normals[:] = self._normals(vertices)
+            _put(self._polydata.point_data.active_normals, self._normals(vertices))
         self._polydata.Modified()
 
     def _build(self, vertices: Floats, faces: Integers, colors: Colors) -> None:
-        points = vertices.astype(np.float32)  # a copy: VTK writes through arrays that it shares
-        self._polydata = pv.PolyData.from_regular_faces(points, faces)
+        points: Any = vertices.astype(np.float32)  # a copy: VTK writes through shared arrays
+        triangles: Any = faces
+        self._polydata = pv.PolyData.from_regular_faces(points, triangles)
         self._polydata.point_data["color"] = np.array(colors)
         if self._lit:
             self._normals = _VertexNormals(faces, len(vertices))
-            normals = self._normals(vertices)
+            normals: Any = self._normals(vertices)
             self._polydata.point_data.active_normals = normals
         self.actor = self._plotter.add_mesh(
             self._polydata,
@@ -144,7 +146,7 @@ class MarkerLayer:
         if not len(points):
             return
         if self._polydata.n_points == len(points):
-            self._polydata.points[:] = points
+            _put(self._polydata.points, points)
         else:
             self._polydata = pv.PolyData(points.astype(np.float32))
             self._mapper.SetInputData(self._polydata)
@@ -185,7 +187,7 @@ class LineLayer:
         if not len(segments):
             return
         if segments is self._segments and self._polydata.n_points == len(points):
-            self._polydata.points[:] = points
+            _put(self._polydata.points, points)
         else:
             lines = np.column_stack([np.full(len(segments), 2), segments]).astype(np.int64)
             self._polydata = pv.PolyData(points.astype(np.float32), lines=lines.reshape(-1))
@@ -242,3 +244,8 @@ class LabelLayer:
         else:
             style.SetBackgroundColor(*unit(self._background))
             style.SetBackgroundOpacity(0.75)
+
+
+def _put(array: Any, values: Floats | NDArray[np.float32] | Colors) -> None:
+    """Write into an array of VTK in place, and have VTK notice."""
+    array[:] = values

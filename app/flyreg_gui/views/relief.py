@@ -32,4 +32,4 @@ def _tinted(height: Floats, color: Color) -> NDArray[np.uint8]:
     low, high = np.percentile(height, [4, 96])
     share = np.clip((height - low) / max(high - low, 1e-12), 0, 1)[:, None]
     brightness = DARKEST + (LIGHTEST - DARKEST) * share
-    return np.clip(np.array(color) * brightness, 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(np.array(color) * brightness, 0, 255), dtype=np.uint8)

@@ -65,9 +65,7 @@ class SurfaceView:
                 self.set_pose(pose)
         self.canvas.refresh()
 
-    def show_overlay(
-        self, vertices: Floats, faces: Integers, colors: NDArray[np.uint8]
-    ) -> None:
+    def show_overlay(self, vertices: Floats, faces: Integers, colors: NDArray[np.uint8]) -> None:
         """Draw a second brain over the first, as far as the opacity lets it."""
         self.overlay.show(vertices, faces, colors)
         self.overlay.bring_forward(OVERLAY_STEPS)

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
+from flyreg_core.pipeline import PreparedBrain, Results
 from numpy.typing import ArrayLike
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtWidgets import QSplitter, QVBoxLayout, QWidget
 
 from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats
-from flyreg_core.pipeline import PreparedBrain, Results
 from flyreg_gui.landmark_mode import LandmarkMode
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
@@ -67,7 +67,12 @@ class ViewArea(QWidget):
         titles = (
             ("Source", "The brain that is moved appears here.", SOURCE, Canvas),
             ("Target", "The brain that stays appears here.", TARGET, Canvas),
-            ("Registered on target", "The moved source appears here, over the target.", None, Canvas),
+            (
+                "Registered on target",
+                "The moved source appears here, on the target.",
+                None,
+                Canvas,
+            ),
             ("Anterior half, flat", "The front half appears here, laid flat.", None, FlatCanvas),
             ("Posterior half, flat", "The back half appears here, laid flat.", None, FlatCanvas),
         )

@@ -20,7 +20,9 @@ class TitleBar(QFrame):
         self._title, self._detail = QLabel(f"<b>{title}</b>"), QLabel()
         self._detail.setEnabled(False)
         self._detail.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self.button = QToolButton(text="⤢", autoRaise=True)
+        self.button = QToolButton()
+        self.button.setText("⤢")
+        self.button.setAutoRaise(True)
         self.button.setToolTip("Maximise or restore this view (or double-click the title)")
         self.button.setAccessibleName(f"Maximise {title}")
         layout = QHBoxLayout(self)
@@ -42,6 +44,7 @@ class TitleBar(QFrame):
         self._detail.setToolTip(text)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Ask for the whole area."""
         self.double_clicked.emit()
         event.accept()
 
@@ -51,7 +54,9 @@ class ViewFrame(QFrame):
 
     maximise_asked = Signal()
 
-    def __init__(self, title: str, note: str, color: Color | None, canvas_type: type[Canvas]) -> None:
+    def __init__(
+        self, title: str, note: str, color: Color | None, canvas_type: type[Canvas]
+    ) -> None:
         super().__init__()
         self.setFrameShape(QFrame.Shape.StyledPanel)
         self.title = TitleBar(title, color)
