@@ -62,7 +62,9 @@ def _advance_around(share: Floats, shift: Floats) -> Floats:
     """Return shares moved along a closed curve (last vertex = first), strictly growing."""
     shift = shift[:-1]
     start = int(np.argmax(shift))
-    around = np.roll(share[:-1], -start) + np.where(np.arange(len(shift)) >= len(shift) - start, 1, 0)
+    around = np.roll(share[:-1], -start) + np.where(
+        np.arange(len(shift)) >= len(shift) - start, 1, 0
+    )
     foremost = np.maximum.accumulate(around + np.roll(shift, -start))
     foremost = np.minimum(foremost, around[0] + shift[start] + 1)
     offset = shift[start]

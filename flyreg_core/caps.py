@@ -89,7 +89,10 @@ def carry_cap(
         share = mapped[cap.side, half]
         rim.append(
             np.stack(
-                [np.interp(share, target_curves[cap.side, half].share, on_circle[:, i]) for i in (0, 1)],
+                [
+                    np.interp(share, target_curves[cap.side, half].share, on_circle[:, i])
+                    for i in (0, 1)
+                ],
                 axis=1,
             )
         )

@@ -36,6 +36,7 @@ class Handle:
 
     center_um: tuple[float, float, float]
     width_um: float
+    is_near_midline: bool
     is_oesophagus: bool
 
 
@@ -172,6 +173,7 @@ def carve(solid: VoxelSolid, frame: BrainFrame, report: Report) -> Carving:
         Handle(
             center_um=_as_tuple(solid.positions(tuple(low + np.array(voxel)))),
             width_um=float(2 * solid.pitch * distance[voxel]),
+            is_near_midline=voxel in tunnels,
             is_oesophagus=voxel == oesophagus,
         )
         for voxel in sorted(membranes, key=lambda voxel: (-distance[voxel], voxel))
@@ -189,9 +191,7 @@ def _as_tuple(point: Floats) -> tuple[float, float, float]:
     return float(point[0]), float(point[1]), float(point[2])
 
 
-def _carve_to_the_end(
-    inside: Booleans, fixed: Booleans, distance: Floats, report: Report
-) -> None:
+def _carve_to_the_end(inside: Booleans, fixed: Booleans, distance: Floats, report: Report) -> None:
     inside_pieces, outside_pieces = _components_of_link()
     is_simple = (inside_pieces == 1) & (outside_pieces == 1)
     strides = np.array(inside.strides, dtype=np.int64)
@@ -201,7 +201,12 @@ def _carve_to_the_end(
         left = max(0, int(inside.sum()) - int(fixed.sum()))
         report(1 - left / first, "carving the outside away")
         if not _carve(
-            inside.reshape(-1), fixed.reshape(-1), distance.reshape(-1), steps, is_simple, STEPS_PER_REPORT
+            inside.reshape(-1),
+            fixed.reshape(-1),
+            distance.reshape(-1),
+            steps,
+            is_simple,
+            STEPS_PER_REPORT,
         ):
             return
 

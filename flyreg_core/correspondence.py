@@ -137,7 +137,9 @@ def with_decisions(
 ) -> tuple[LandmarkPair, ...]:
     """Return boundary pairs with the user's weights and moved target places."""
     return tuple(
-        replace(pair, weight=weights.get(pair.id, pair.weight), target=moved.get(pair.id, pair.target))
+        replace(
+            pair, weight=weights.get(pair.id, pair.weight), target=moved.get(pair.id, pair.target)
+        )
         for pair in pairs
     )
 
@@ -159,16 +161,16 @@ def place_landmarks(
     for pair in complete:
         if pair.kind == "interior":
             (from_half, from_point, from_plane), (to_half, to_point, to_plane_) = ends[pair.id]
-            plane = {from_half: (from_plane, to_plane_)} if from_half and from_half == to_half else {}
+            plane = (
+                {from_half: (from_plane, to_plane_)} if from_half and from_half == to_half else {}
+            )
             placed.append(PlacedLandmark(pair, from_point, to_point, plane))
         else:
             placed.append(_place_on_boundary(source, target, pair))
     return tuple(placed)
 
 
-def _place_on_boundary(
-    source: FlatBrain, target: FlatBrain, pair: LandmarkPair
-) -> PlacedLandmark:
+def _place_on_boundary(source: FlatBrain, target: FlatBrain, pair: LandmarkPair) -> PlacedLandmark:
     assert pair.kind != "interior"
     key: CurveKey = (pair.kind, pair.half)
     ends = np.array([pair.source, pair.target])
@@ -212,4 +214,3 @@ def flat_place(half: FlatHalf, dissection: Dissection, face: int, point: Floats)
     ).reshape(3)
     u, v = barycentric @ half.flat.corners[own_face]
     return np.asarray(to_plane(np.array(u), half.law.beta(np.array(v))))
-

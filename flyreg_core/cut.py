@@ -12,7 +12,13 @@ import numpy as np
 
 from flyreg_core.errors import TopologyError
 from flyreg_core.mesh import Booleans, Floats, Integers, SurfaceMesh
-from flyreg_core.refine import Refinement, chords, keep_largest_regions, split_along_zero, split_edges
+from flyreg_core.refine import (
+    Refinement,
+    chords,
+    keep_largest_regions,
+    split_along_zero,
+    split_edges,
+)
 from flyreg_core.topology import euler_characteristic, half_edges
 from flyreg_core.torus import Torus
 
@@ -34,7 +40,9 @@ class Dissection:
 
     surface: SurfaceMesh
     piece_of_face: Integers  # (m,), index into PIECES
-    cut_knots: Floats  # (3, 2): left-right and antero-posterior coordinate of the cut at three places
+    cut_knots: (
+        Floats  # (3, 2): left-right and antero-posterior coordinate of the cut at three places
+    )
 
     def faces_of(self, piece: str) -> Integers:
         """Return the faces of one piece, with the vertex numbers of the whole surface."""
@@ -98,9 +106,7 @@ def _around_oesophagus(torus: Torus, surface: SurfaceMesh) -> Booleans:
     return np.asarray(away <= away.min() + torus.pitch)
 
 
-def _split_by_fields(
-    surface: SurfaceMesh, fields: Floats
-) -> tuple[Floats, Integers, Booleans]:
+def _split_by_fields(surface: SurfaceMesh, fields: Floats) -> tuple[Floats, Integers, Booleans]:
     """Split along the zeros of each column; also tell for each face where each is negative."""
     vertices, faces = np.array(surface.vertices), np.array(surface.faces)
     is_beyond = np.zeros((len(faces), 0), dtype=bool)

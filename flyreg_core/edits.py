@@ -46,7 +46,9 @@ def add_pair(project: Project, pair: LandmarkPair) -> Project:
     """
     for other in project.pairs:
         if pair.id == other.id or pair.name == other.name:
-            raise LandmarkError(f"there is a landmark named {other.name} already; choose another name")
+            raise LandmarkError(
+                f"there is a landmark named {other.name} already; choose another name"
+            )
     return replace(project, pairs=(*project.pairs, pair))
 
 
@@ -78,7 +80,9 @@ def place_pair(project: Project, identifier: str, role: Role, place: Place) -> P
     if any(pair.id == identifier for pair in project.pairs):
         return _replace_pair(project, identifier, **{role: place})
     if role == "source" or not isinstance(place, float):
-        raise LandmarkError("a boundary landmark moves only along its curve, and only on the target")
+        raise LandmarkError(
+            "a boundary landmark moves only along its curve, and only on the target"
+        )
     return replace(project, moved={**project.moved, identifier: min(max(place, 0.0), 1.0)})
 
 

@@ -114,25 +114,27 @@ def solve_means(
     springs: Springs, is_fixed: Booleans, u: Floats, v: Floats
 ) -> tuple[Floats, Floats]:
     """Return u and v with each free vertex the weighted mean of its neighbours; fixed ones as given."""
-    n = len(u)
-    i, j = springs.edges.T
-    weights, jumps = springs.weights, springs.jumps
-    adjacency = sparse.coo_array(
-        (np.concatenate([weights, weights]), (np.concatenate([i, j]), np.concatenate([j, i]))), (n, n)
-    ).tocsr()
-    laplacian = sparse.dia_array((adjacency.sum(axis=1)[None], [0]), shape=(n, n)).tocsr() - adjacency
+    touches_free = ~is_fixed[springs.edges].all(axis=1)
+    vertices, position = np.unique(springs.edges[touches_free], return_inverse=True)
+    i, j = position.reshape(-1, 2).T
+    known = np.stack([u[vertices], v[vertices]], axis=1)
+    n, weights, jumps = len(vertices), springs.weights[touches_free], springs.jumps[touches_free]
+    rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
+    both = np.concatenate([weights, weights])
+    adjacency = sparse.coo_array((both, (rows, columns)), (n, n)).tocsr()
+    degree = sparse.dia_array((np.bincount(rows, both, n)[None], [0]), shape=(n, n))
+    laplacian = (degree - adjacency).tocsr()
     charge = np.bincount(i, weights * jumps, n) - np.bincount(j, weights * jumps, n)
-    free = np.flatnonzero(~is_fixed)
-    fixed = np.flatnonzero(is_fixed)
-    rows = laplacian[free]
-    known = np.stack([u[fixed], v[fixed]], axis=1)
-    right = np.stack([charge[free], np.zeros(len(free))], axis=1) - rows[:, fixed] @ known
+    free, fixed = np.flatnonzero(~is_fixed[vertices]), np.flatnonzero(is_fixed[vertices])
+    right = np.stack([charge[free], np.zeros(len(free))], axis=1)
+    right -= laplacian[free][:, fixed] @ known[fixed]
     solver = splu(
-        rows[:, free].tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
+        laplacian[free][:, free].tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        options={"SymmetricMode": True},
     )
-    solution = solver.solve(right)
     solved = np.stack([u, v], axis=1)
-    solved[free] = solution
+    solved[vertices[free]] = solver.solve(right)
     return solved[:, 0], solved[:, 1]
 
 
@@ -164,9 +166,13 @@ def _path_of_half_edges(ring: Ring) -> Integers:
     twin = np.where(key[order][place] == opposite, order[place], -1)
     inner = np.flatnonzero(twin >= 0)
     dual = sparse.coo_array((np.ones(len(inner)), (face[inner], face[twin[inner]])), (m, m))
-    on_hole, on_outer = (np.isin(directed, loop).all(axis=1) & (twin < 0) for loop in (ring.hole, ring.outer))
+    on_hole, on_outer = (
+        np.isin(directed, loop).all(axis=1) & (twin < 0) for loop in (ring.hole, ring.outer)
+    )
     start = int(face[np.flatnonzero(on_hole)[0]])
-    distance, before = dijkstra(dual.tocsr(), indices=start, unweighted=True, return_predecessors=True)
+    distance, before = dijkstra(
+        dual.tocsr(), indices=start, unweighted=True, return_predecessors=True
+    )
     ends = face[on_outer]
     last = int(ends[distance[ends].argmin()])
     half_edge_between = {(int(face[h]), int(face[twin[h]])): h for h in inner}
@@ -220,9 +226,7 @@ def _crowding(flat: FlatMesh, edges: Integers, face_areas: Floats) -> Floats:
     return np.asarray(np.exp(np.clip(mean / 2, -STRONGEST_CHANGE, STRONGEST_CHANGE)))
 
 
-def _least_twisted(
-    springs: Springs, u: Floats, v: Floats
-) -> tuple[Floats, Floats]:
+def _least_twisted(springs: Springs, u: Floats, v: Floats) -> tuple[Floats, Floats]:
     """Turn the hole by the whole turns that make the sum of squared edges in u least.
 
     Adding m turns at the hole adds m (1 - v) to the solution, so the best m is closed form.
@@ -271,7 +275,12 @@ def _nearest_boundary(
     graph = sparse.coo_array((np.ones(len(edges)), (i, j)), (n, n)).tocsr()
     loops = np.concatenate([ring.outer, ring.hole])
     distance, before, _ = dijkstra(
-        graph, directed=False, indices=loops, min_only=True, unweighted=True, return_predecessors=True
+        graph,
+        directed=False,
+        indices=loops,
+        min_only=True,
+        unweighted=True,
+        return_predecessors=True,
     )
     inner = np.setdiff1d(np.arange(n), loops)
     inner = inner[np.argsort(distance[inner], kind="stable")]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flyreg_core.errors import InputError
 from flyreg_core.mesh import Floats
 
 
@@ -39,11 +40,22 @@ def find_frame(points: Floats) -> BrainFrame:
     Parameters
     ----------
     points : (n, 3) float
-        Points of the whole brain, in any unit, along the coordinate axes (not turned freely).
+        Points of the whole brain, micrometres.
+
+    Raises
+    ------
+    InputError
+        The brain is not widest along x and thinnest along z, so that it lies turned in its file.
 
     Notes
     -----
     Holds for every adult template of the field, with and without optic lobes.
     """
-    thinnest, middle, widest = np.argsort(np.ptp(points, axis=0), kind="stable")
-    return BrainFrame(int(widest), int(middle), int(thinnest))
+    extent = np.ptp(points, axis=0)
+    if not extent[0] > extent[1] > extent[2]:
+        raise InputError(
+            f"the brain lies turned in its file: it measures {extent[0]:.0f} x {extent[1]:.0f} x "
+            f"{extent[2]:.0f} um along x, y and z; turn it so that x runs from its right to its left "
+            "(longest), y from dorsal to ventral and z from front to back (shortest)"
+        )
+    return BrainFrame(0, 1, 2)

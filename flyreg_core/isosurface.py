@@ -84,9 +84,7 @@ def _shifted(inside: np.ndarray, offset: tuple[int, ...]) -> np.ndarray:
     return inside[tuple(slice(o, n - 1 + o) for o, n in zip(offset, inside.shape, strict=True))]
 
 
-def _surface_of_edges(
-    edges: Integers, field: Floats, origin: Floats, pitch: float
-) -> SurfaceMesh:
+def _surface_of_edges(edges: Integers, field: Floats, origin: Floats, pitch: float) -> SurfaceMesh:
     """Return the surface whose face corners lie on the (m, 3, 2) grid edges (inside, outside)."""
     key = edges[..., 0] * field.size + edges[..., 1]
     unique, faces = np.unique(key, return_inverse=True)

@@ -100,7 +100,13 @@ def register(
     for number, half in enumerate(HALVES):
         report(number / 3, "lifting")
         halves[half] = _warp_half(
-            source.halves[half], target.halves[half], shifts[half], warped[half][1], mapped, source, report
+            source.halves[half],
+            target.halves[half],
+            shifts[half],
+            warped[half][1],
+            mapped,
+            source,
+            report,
         )
         vertices[source.halves[half].vertex_of] = lift(
             halves[half].flat.uv, target.halves[half], locators.halves[half], points
@@ -142,14 +148,20 @@ def _warp_half(
     edge_u = {
         "outer": along_outer(
             source.name,
-            {key: u_of_perimeter(source.name, perimeter_share(key[0], share)) for key, share in mapped.items()},
+            {
+                key: u_of_perimeter(source.name, perimeter_share(key[0], share))
+                for key, share in mapped.items()
+            },
         ),
         "hole": u_of_perimeter(source.name, perimeter_share("hole", mapped["hole", None][:-1])),
     }
     far, near = source.beta, 1 - source.beta
     change_u, change_beta = np.zeros_like(u), np.zeros_like(u)
     missed = 0.0
-    for edge, loop, goal, fade in (("outer", source.outer, 1.0, far), ("hole", source.hole, 0.0, near)):
+    for edge, loop, goal, fade in (
+        ("outer", source.outer, 1.0, far),
+        ("hole", source.hole, 0.0, near),
+    ):
         miss_u, miss_beta = wrapped(edge_u[edge] - u[loop]), goal - beta[loop]
         missed = max(missed, float(np.abs(miss_u).max()), float(np.abs(miss_beta).max()))
         at = np.mod(start, 1.0)

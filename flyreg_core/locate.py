@@ -60,12 +60,14 @@ def find_triangles(grid: TriangleGrid, points: Floats) -> tuple[Integers, Floats
     A point in no triangle, by rounding or because it is outside, gets the triangle of its cell
     that it is least outside of, and coordinates moved into it; -1 where its cell is empty.
     """
-    row = np.clip(
-        np.searchsorted(grid.rows, points[:, 1], side="right") - 1, 0, len(grid.rows) - 2
-    )
+    row = np.clip(np.searchsorted(grid.rows, points[:, 1], side="right") - 1, 0, len(grid.rows) - 2)
     column = np.clip(((points[:, 0] - grid.low) / grid.width).astype(np.int64), 0, grid.columns - 1)
     found, barycentric = _find(
-        np.ascontiguousarray(points), row * grid.columns + column, grid.corners, grid.starts, grid.members
+        np.ascontiguousarray(points),
+        row * grid.columns + column,
+        grid.corners,
+        grid.starts,
+        grid.members,
     )
     return np.where(found >= 0, grid.face_of[found], -1), barycentric
 
@@ -114,7 +116,11 @@ def _find(
                 found[k] = t
                 wa, wb, wc = max(wa, 0.0), max(wb, 0.0), max(wc, 0.0)
                 total = wa + wb + wc
-                barycentric[k, 0], barycentric[k, 1], barycentric[k, 2] = wa / total, wb / total, wc / total
+                barycentric[k, 0], barycentric[k, 1], barycentric[k, 2] = (
+                    wa / total,
+                    wb / total,
+                    wc / total,
+                )
                 if least >= 0:
                     break
     return found, barycentric

@@ -51,8 +51,12 @@ class Project:
     target: Brain
     boundary: LandmarkParameters = LandmarkParameters()
     pairs: tuple[LandmarkPair, ...] = ()  # the user's own
-    weights: Mapping[str, float] = field(default_factory=dict)  # of boundary pairs, by id; default 1
-    moved: Mapping[str, float] = field(default_factory=dict)  # target shares of boundary pairs, by id
+    weights: Mapping[str, float] = field(
+        default_factory=dict
+    )  # of boundary pairs, by id; default 1
+    moved: Mapping[str, float] = field(
+        default_factory=dict
+    )  # target shares of boundary pairs, by id
     smoothing: float = 1e-3  # lambda of the spline
     view: Mapping[str, object] = field(default_factory=dict)  # what the window restores
 

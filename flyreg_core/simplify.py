@@ -56,7 +56,9 @@ def simplify(surface: SurfaceMesh, parameters: SimplifyParameters, report: Repor
     if wanted is None or wanted >= len(surface.vertices):
         return Simplified(surface, 0.0, 0.0, 1.0)
     if wanted < 100:
-        raise MeshError(f"{wanted} vertices cannot describe a brain; keep at least {FEWEST_VERTICES}")
+        raise MeshError(
+            f"{wanted} vertices cannot describe a brain; keep at least {FEWEST_VERTICES}"
+        )
     solid = manifold3d.Manifold(
         manifold3d.Mesh64(np.array(surface.vertices), surface.faces.astype(np.uint64))
     )

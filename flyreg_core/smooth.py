@@ -53,7 +53,9 @@ def smooth(
         The number of passes is negative.
     """
     if parameters.passes < 0:
-        raise MeshError(f"the number of smoothing passes must be at least 0, not {parameters.passes}")
+        raise MeshError(
+            f"the number of smoothing passes must be at least 0, not {parameters.passes}"
+        )
     matrix = averaging_matrix(faces, len(vertices))
     smoothed = np.array(vertices)
     for done in range(parameters.passes):

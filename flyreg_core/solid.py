@@ -13,9 +13,7 @@ from flyreg_core.frame import find_frame
 from flyreg_core.mesh import Booleans, Floats, SurfaceMesh
 from flyreg_core.progress import Report, in_chunks
 
-KUHN_OFFSETS = np.array(
-    [offset for offset in np.ndindex(2, 2, 2) if any(offset)], dtype=np.int64
-)
+KUHN_OFFSETS = np.array([offset for offset in np.ndindex(2, 2, 2) if any(offset)], dtype=np.int64)
 """The 7 positive steps of the Kuhn grid; with their opposites, the 14 neighbours of a voxel."""
 
 

@@ -54,9 +54,7 @@ def measure_distances(
     )
 
 
-def distances_to_surface(
-    points: Floats, surface: SurfaceMesh, report: Report
-) -> Floats:
+def distances_to_surface(points: Floats, surface: SurfaceMesh, report: Report) -> Floats:
     """Return the (n,) distances of points to the closest points of a surface, micrometres."""
     tree = igl.AABB()
     tree.init(surface.vertices, surface.faces)
@@ -79,9 +77,7 @@ def sample_surface(surface: SurfaceMesh, samples: int) -> Floats:
     return np.einsum("ij,ijk->ik", barycentric, surface.vertices[surface.faces[face]])
 
 
-def _summary(
-    start: SurfaceMesh, end: SurfaceMesh, samples: int, report: Report
-) -> DistanceSummary:
+def _summary(start: SurfaceMesh, end: SurfaceMesh, samples: int, report: Report) -> DistanceSummary:
     used = start.vertices[np.unique(start.faces)]
     points = np.concatenate([sample_surface(start, samples), used])
     distance = distances_to_surface(points, end, report)

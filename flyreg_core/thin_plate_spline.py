@@ -15,8 +15,8 @@ from flyreg_core.mesh import Floats
 class ThinPlateSpline:
     """A fitted spline: affine part plus one bump per landmark in use (eq. 6)."""
 
-    centers: Floats  # (k, 2) or (k, 3), landmarks in use
-    bending: Floats  # (k, d), w of eq. 7
+    centers: Floats  # (k, 2) or (k, 3), all landmarks
+    bending: Floats  # (k, d), w of eq. 7; 0 for a landmark that is left out
     affine: Floats  # (d + 1, d), alpha of eq. 7
 
     def __call__(self, points: Floats) -> Floats:
@@ -67,21 +67,24 @@ def fit_thin_plate_spline(
     if not (np.isfinite(smoothing) and smoothing >= 0):
         raise LandmarkError(f"the smoothing must be 0 or a positive number, not {smoothing}")
     used = weights > 0
-    sources, targets, weights = sources[used], targets[used], weights[used]
-    affine_basis = _affine_basis(sources)
+    centers = sources[used]
+    affine_basis = _affine_basis(centers)
     if np.linalg.matrix_rank(affine_basis) < affine_basis.shape[1]:
         raise LandmarkError("the landmarks in use lie on one line; add one beside it")
-    if smoothing == 0 and len(np.unique(sources, axis=0)) < len(sources):
+    if smoothing == 0 and len(np.unique(centers, axis=0)) < len(centers):
         raise LandmarkError("two landmarks in use lie at the same place; raise lambda or drop one")
-    matrix = kernel(sources, sources) + np.diag(smoothing / weights)
+    matrix = kernel(centers, centers) + np.diag(smoothing / weights[used])
     n, m = affine_basis.shape
     system = np.block([[matrix, affine_basis], [affine_basis.T, np.zeros((m, m))]])
-    solution = np.linalg.solve(system, np.vstack([targets, np.zeros((m, targets.shape[1]))]))
-    return ThinPlateSpline(sources, solution[:n], solution[n:])
+    right = np.vstack([targets[used], np.zeros((m, targets.shape[1]))])
+    solution = np.linalg.solve(system, right)
+    bending = np.zeros(sources.shape)
+    bending[used] = solution[:n]
+    return ThinPlateSpline(sources, bending, solution[n:])
 
 
 def kernel(points: Floats, centers: Floats) -> Floats:
-    """Return the (n, k) kernel: r^2 log r^2 in the plane (eq. 9), -r in space (+r inverts lambda)."""
+    """Return the (n, k) kernel: r^2 log r^2 in the plane (eq. 9), -r in space (+r is unstable)."""
     if points.shape[1] == 3:
         return -cdist(points, centers)
     squared = cdist(points, centers, "sqeuclidean")

@@ -1,0 +1,311 @@
+"""The method from end to end, each stage remembered; `Pipeline.run` reads as the paper does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from flyreg_core.boundary import find_curves
+from flyreg_core.brain_files import read_brain
+from flyreg_core.caps import Cap, find_caps
+from flyreg_core.correspondence import (
+    FlatBrain,
+    PlacedLandmark,
+    boundary_pairs,
+    place_landmarks,
+    with_decisions,
+)
+from flyreg_core.cut import CutParameters, Dissection, dissect
+from flyreg_core.frame import BrainFrame
+from flyreg_core.flatten import FlattenParameters
+from flyreg_core.halves import FlatHalf, lay_flat
+from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair, LandmarkParameters
+from flyreg_core.lift import Registration, build_locators, register
+from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.progress import Report, ignore, within
+from flyreg_core.project import Brain, Project
+from flyreg_core.simplify import Simplified, simplify
+from flyreg_core.smooth import SmoothParameters, smooth
+from flyreg_core.solid import voxelize
+from flyreg_core.surface_distance import Distances, measure_distances
+from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline, kernel
+from flyreg_core.torus import Torus, make_torus
+
+T = TypeVar("T")
+SIMILAR_WIDTH = 0.6
+"""Another tunnel near the midline at least this wide, as a share, makes the oesophagus a guess."""
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedBrain:
+    """One brain after all stages that concern it alone."""
+
+    brain: Brain
+    raw: SurfaceMesh  # as read, micrometres
+    torus: Torus
+    simplified: Simplified
+    flat: FlatBrain
+    caps: tuple[Cap, Cap]
+
+    @property
+    def surface(self) -> SurfaceMesh:
+        """The main brain, closed, refined along its cuts."""
+        return self.flat.dissection.surface
+
+    @property
+    def frame(self) -> BrainFrame:
+        """The axes of the animal."""
+        return self.flat.frame
+
+    @property
+    def halves(self) -> Mapping[HalfName, FlatHalf]:
+        """Both halves laid flat."""
+        return self.flat.halves
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """What follows from a project."""
+
+    project: Project
+    source: PreparedBrain
+    target: PreparedBrain
+    landmarks: tuple[PlacedLandmark, ...]
+    registration: Registration
+    distances: Distances | None  # registered to target and back; None: not measured
+    warnings: tuple[str, ...]
+    seconds: Mapping[str, float]  # by stage, 0 where the last result was still good
+
+
+class Memo(Generic[T]):
+    """One stage of the pipeline with its last arguments and results.
+
+    Arguments are compared with `==`: parameters by value, geometry by identity. A stage that is
+    cancelled or fails leaves what was remembered untouched.
+    """
+
+    def __init__(self, name: str, stage: Callable[..., T], capacity: int = 1) -> None:
+        self.name, self.seconds = name, 0.0
+        self._stage, self._capacity = stage, capacity
+        self._remembered: list[tuple[tuple[object, ...], T]] = []
+
+    def __call__(self, *arguments: object, report: Report) -> T:
+        for known, result in self._remembered:
+            if known == arguments:
+                return result
+        started = perf_counter()
+        result = self._stage(*arguments, report=report)
+        self.seconds += perf_counter() - started
+        self._remembered = [(arguments, result), *self._remembered][: self._capacity]
+        return result
+
+
+class Pipeline:
+    """Runs projects; what did not change since the last run is not computed again."""
+
+    def __init__(self) -> None:
+        self._read = Memo("read", lambda brain, report: read_brain(brain), capacity=4)
+        self._solid = Memo("solid", voxelize, capacity=4)
+        self._torus = Memo("torus", make_torus, capacity=6)
+        self._simplify = Memo("simplify", simplify, capacity=6)
+        self._smooth = Memo("smooth", _smooth, capacity=6)
+        self._cut = Memo("cut", _cut, capacity=6)
+        self._flatten = Memo("flatten", _flatten, capacity=6)
+        self._prepared = Memo("prepared", _prepared, capacity=6)
+        self._boundary = Memo("boundary landmarks", _boundary_pairs)
+        self._place = Memo("landmarks", _place)
+        self._locators = Memo("locators", lambda target, report: build_locators(target), capacity=2)
+        self._basis = Memo("basis", _basis)
+        self._spline = Memo("spline", _splines)
+        self._lift = Memo("lift", register)
+        self._distances = Memo("distances", measure_distances)
+
+    def prepare(self, brain: Brain, report: Report = ignore) -> PreparedBrain:
+        """Return one brain read, solid, trimmed to a torus, cut, and laid flat."""
+        raw = self._read(brain.input, report=within(report, 0.0, 0.02))
+        solid = self._solid(raw, brain.solid, report=within(report, 0.02, 0.3))
+        torus = self._torus(raw, solid, brain.trim, report=within(report, 0.3, 0.5))
+        simplified = self._simplify(torus.surface, brain.simplify, report=within(report, 0.5, 0.55))
+        smoothed = self._smooth(simplified.surface, brain.smooth, report=within(report, 0.55, 0.7))
+        dissection = self._cut(
+            torus, simplified.surface, smoothed, brain.cut, report=within(report, 0.7, 0.8)
+        )
+        flat = self._flatten(dissection, torus.frame, brain.flatten, report=within(report, 0.8, 1))
+        return self._prepared(brain, raw, torus, simplified, flat, report=report)
+
+    def make_torus(self, brain: Brain, report: Report = ignore) -> tuple[SurfaceMesh, Torus]:
+        """Return one brain as read and as a torus, and nothing further."""
+        raw = self._read(brain.input, report=within(report, 0.0, 0.02))
+        solid = self._solid(raw, brain.solid, report=within(report, 0.02, 0.6))
+        return raw, self._torus(raw, solid, brain.trim, report=within(report, 0.6, 1.0))
+
+    def run(self, project: Project, report: Report = ignore, measure: bool = True) -> Results:
+        """Return what follows from a project; without `measure` distances are left out.
+
+        Raises
+        ------
+        FlyregError
+            What a stage cannot do, in a sentence.
+        Cancelled
+            `report` said so; what finished before stays remembered.
+        """
+        memos = [value for value in vars(self).values() if isinstance(value, Memo)]
+        for memo in memos:
+            memo.seconds = 0.0
+        source = self.prepare(project.source, within(report, 0.0, 0.42))
+        target = self.prepare(project.target, within(report, 0.42, 0.84))
+        automatic = self._boundary(source.flat, target.flat, project.boundary, report=report)
+        pairs = (*with_decisions(automatic, project.weights, project.moved), *project.pairs)
+        places = tuple(replace(pair, weight=1.0) for pair in pairs if pair.is_placed)
+        placed = self._place(source.flat, target.flat, places, report=report)
+        weights = tuple(pair.weight for pair in pairs if pair.is_placed)
+        locators = self._locators(target.flat, report=report)
+        basis = self._basis(source.flat, placed, report=within(report, 0.84, 0.86))
+        splines = self._spline(placed, weights, project.smoothing, report=report)
+        landmarks = _weighted(placed, weights)
+        registration = self._lift(
+            *(source.flat, source.caps, target.flat, locators, splines, basis),
+            placed,
+            report=within(report, 0.86, 0.9),
+        )
+        distances = None
+        if measure:
+            distances = self._distances(
+                registration.surface, target.surface, report=within(report, 0.9, 1.0)
+            )
+        seconds = {memo.name: memo.seconds for memo in memos}
+        warnings = _warnings(source, target, pairs, landmarks, registration)
+        return Results(
+            project, source, target, landmarks, registration, distances, warnings, seconds
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Smoothed:
+    vertices: Floats
+
+
+def _smooth(surface: SurfaceMesh, parameters: SmoothParameters, report: Report) -> _Smoothed:
+    return _Smoothed(smooth(surface.vertices, surface.faces, parameters, report))
+
+
+def _cut(
+    torus: Torus, surface: SurfaceMesh, smoothed: _Smoothed, parameters: CutParameters, report: Report
+) -> Dissection:
+    report(0.0, "cutting the brain into halves")
+    return dissect(torus, surface, smoothed.vertices, parameters)
+
+
+def _flatten(
+    dissection: Dissection, frame: BrainFrame, parameters: FlattenParameters, report: Report
+) -> FlatBrain:
+    curves = find_curves(dissection, frame)
+    halves = {
+        half: lay_flat(
+            dissection, curves, half, parameters, within(report, number / 2, (number + 1) / 2)
+        )
+        for number, half in enumerate(HALVES)
+    }
+    return FlatBrain(dissection, frame, curves, halves)
+
+
+def _prepared(
+    brain: Brain,
+    raw: SurfaceMesh,
+    torus: Torus,
+    simplified: Simplified,
+    flat: FlatBrain,
+    report: Report,
+) -> PreparedBrain:
+    report(1.0, "prepared")
+    return PreparedBrain(
+        brain, raw, torus, simplified, flat, find_caps(flat.dissection, flat.curves)
+    )
+
+
+def _boundary_pairs(
+    source: FlatBrain, target: FlatBrain, parameters: LandmarkParameters, report: Report
+) -> tuple[LandmarkPair, ...]:
+    return boundary_pairs(source, target, parameters)
+
+
+def _place(
+    source: FlatBrain, target: FlatBrain, pairs: tuple[LandmarkPair, ...], report: Report
+) -> tuple[PlacedLandmark, ...]:
+    return place_landmarks(source, target, pairs)
+
+
+def _weighted(
+    placed: tuple[PlacedLandmark, ...], weights: tuple[float, ...]
+) -> tuple[PlacedLandmark, ...]:
+    return tuple(
+        replace(mark, pair=replace(mark.pair, weight=weight))
+        for mark, weight in zip(placed, weights, strict=True)
+    )
+
+
+def _basis(
+    source: FlatBrain, placed: tuple[PlacedLandmark, ...], report: Report
+) -> Mapping[HalfName, Floats]:
+    report(0.0, "preparing the spline")
+    return {half: kernel(source.halves[half].plane, _ends(placed, half, 0)) for half in HALVES}
+
+
+def _splines(
+    placed: tuple[PlacedLandmark, ...], weights: tuple[float, ...], smoothing: float, report: Report
+) -> Mapping[HalfName, ThinPlateSpline]:
+    report(0.0, "fitting the spline")
+    splines = {}
+    for half in HALVES:
+        acting = [w for mark, w in zip(placed, weights, strict=True) if half in mark.plane]
+        splines[half] = fit_thin_plate_spline(
+            _ends(placed, half, 0), _ends(placed, half, 1), np.array(acting), smoothing
+        )
+    return splines
+
+
+def _ends(placed: tuple[PlacedLandmark, ...], half: HalfName, end: int) -> Floats:
+    """Return the (k, 2) source (0) or target (1) places of the landmarks that act in a half."""
+    return np.array([mark.plane[half][end] for mark in placed if half in mark.plane])
+
+
+def _warnings(
+    source: PreparedBrain,
+    target: PreparedBrain,
+    pairs: tuple[LandmarkPair, ...],
+    landmarks: tuple[PlacedLandmark, ...],
+    registration: Registration,
+) -> tuple[str, ...]:
+    warnings = []
+    for brain in (source, target):
+        name = brain.brain.input.name
+        warnings += [f"{name}: {text}" for text in brain.simplified.warnings]
+        rivals = [
+            handle
+            for handle in brain.torus.handles
+            if handle.is_near_midline
+            and not handle.is_oesophagus
+            and handle.width_um >= SIMILAR_WIDTH * brain.torus.oesophagus.width_um
+        ]
+        if rivals:
+            warnings.append(
+                f"{name}: {len(rivals)} more tunnels near the midline are nearly as wide as the one "
+                f"taken for the oesophagus ({brain.torus.oesophagus.width_um:.0f} um)"
+            )
+    warnings += [
+        f"landmark {pair.name} has only one end and is not used" for pair in pairs if not pair.is_placed
+    ]
+    warnings += [
+        f"landmark {mark.pair.name} lies on different halves, or beyond a trim plane, and is not used"
+        for mark in landmarks
+        if not mark.plane
+    ]
+    for half in HALVES:
+        warped = registration.halves[half]
+        if warped.flipped:
+            warnings.append(f"{warped.flipped} triangles of the {half} half are folded")
+    return tuple(warnings)
