@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from flyreg_core.pipeline import Pipeline
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QApplication
 
 from flyreg_core.brain_files import open_brain
 from flyreg_core.errors import FlyregError
+from flyreg_core.pipeline import Pipeline
 from flyreg_core.project import Brain, Project, Unit
 from flyreg_core.project_file import load_project
 from flyreg_gui.failures import ExceptionCatcher, sentence_for
@@ -98,7 +98,7 @@ class Photographer(QObject):
         if session.failure is not None:
             status = INTERNAL_ERROR if session.failure.is_internal else INPUT_ERROR
             self._end(_complain(session.failure.sentence, status))
-        elif session.is_up_to_date:
+        elif session.is_complete:
             self._is_ending = True
             QTimer.singleShot(SETTLE_MS, self._take)
 

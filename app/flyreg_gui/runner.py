@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
-from flyreg_core.pipeline import Results
 from PySide6.QtCore import QObject, Signal
 
 from flyreg_core.errors import Cancelled
+from flyreg_core.pipeline import Results
 from flyreg_core.progress import Report
 from flyreg_core.project import Project
 
@@ -22,17 +22,22 @@ SECONDS_BETWEEN_REPORTS = 0.05
 class RunsProjects(Protocol):
     """What turns a project into results: the pipeline, or a stand-in for it in a test."""
 
-    def run(self, project: Project, report: Report) -> Results:
-        """Return what follows from a project."""
+    def run(self, project: Project, report: Report, measure: bool) -> Results:
+        """Return what follows from a project, with or without distances."""
         ...
 
 
 @dataclass(frozen=True)
 class Run:
-    """One project on its way through the pipeline. Later runs have greater numbers."""
+    """One project on its way through the pipeline. Later runs have greater numbers.
+
+    Distances take longer than all that follows a slider, so they are measured by a run of their
+    own (`measure`) once there is nothing newer to show.
+    """
 
     number: int
     project: Project
+    measure: bool = False
 
     def may_finish_beside(self, newest: Project) -> bool:
         """Tell whether the results still help a user whose project is now another one.
@@ -40,6 +45,8 @@ class Run:
         While a slider is dragged each project is outdated before it is through; if all of them
         were stopped the picture would stand still until the hand does.
         """
+        if self.measure:
+            return False
         mine = (self.project.source, self.project.target, self.project.boundary)
         return mine == (newest.source, newest.target, newest.boundary)
 
@@ -60,10 +67,10 @@ class Runner(QObject):
         self._count = 0
         self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="flyreg-pipeline")
 
-    def submit(self, project: Project) -> Run:
+    def submit(self, project: Project, *, measure: bool = False) -> Run:
         """Run a project as soon as the worker is free, instead of any that waits."""
         self._count += 1
-        run = Run(self._count, project)
+        run = Run(self._count, project, measure)
         self._newest = run
         self._executor.submit(self._run, run)
         return run
@@ -84,7 +91,8 @@ class Runner(QObject):
         self.started.emit(run)
         start = time.perf_counter()
         try:
-            results = self._pipeline.run(run.project, partial(self._report, run, _Clock()))
+            report = partial(self._report, run, _Clock())
+            results = self._pipeline.run(run.project, report, run.measure)
         except Cancelled:
             self.stopped.emit(run)
         except Exception as error:  # the session shows it; nothing may end the worker silently

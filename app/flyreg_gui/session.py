@@ -6,11 +6,11 @@ import itertools
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from flyreg_core.pipeline import Results
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from flyreg_core.errors import FlyregError
+from flyreg_core.pipeline import Results
 from flyreg_core.project import Project
 from flyreg_gui.failures import sentence_for
 from flyreg_gui.runner import Run, Runner
@@ -24,8 +24,13 @@ class Failure:
     """Why the newest project has no results."""
 
     sentence: str
+    error: Exception
     work: str  # what was being done, as last reported
-    is_internal: bool = False  # the program's fault, not the input's
+
+    @property
+    def is_internal(self) -> bool:
+        """Tell whether it is the program's fault, not the input's."""
+        return not isinstance(self.error, FlyregError | OSError)
 
 
 class Session(QObject):
@@ -60,7 +65,7 @@ class Session(QObject):
 
     def open(self, project: Project, path: Path | None = None) -> None:
         """Replace the project by another one; that cannot be undone."""
-        self.end_gesture()
+        self._gesture = NO_GESTURE
         self.undo_stack.clear()
         self.path, self.results, self.seconds = path, None, None
         self._first = self._submit(project)
@@ -79,6 +84,7 @@ class Session(QObject):
     def end_gesture(self) -> None:
         """End what `begin_gesture` began."""
         self._gesture = NO_GESTURE
+        self._measure()
 
     @property
     def is_in_gesture(self) -> bool:
@@ -110,7 +116,16 @@ class Session(QObject):
     @property
     def is_up_to_date(self) -> bool:
         """Tell whether the results on show are those of the newest project."""
-        return self.results is not None and self._matches(self.results)
+        results = self.results
+        if results is None:
+            return False
+        return results.project is self.project or results.project == self.project
+
+    @property
+    def is_complete(self) -> bool:
+        """Tell whether the results on show are up to date and measured."""
+        results = self.results
+        return self.is_up_to_date and results is not None and results.distances is not None
 
     @property
     def unsaved_changes(self) -> list[str]:
@@ -125,9 +140,6 @@ class Session(QObject):
 
     # How news comes in
 
-    def _matches(self, results: Results) -> bool:
-        return results.project is self.project or results.project == self.project
-
     def _set(self, project: Project, *, submit: bool = True) -> None:
         self.project = project
         self.failure = None
@@ -136,9 +148,18 @@ class Session(QObject):
         self.project_changed.emit(project)
         self.state_changed.emit()
 
-    def _submit(self, project: Project) -> int:
-        self._awaited = self._runner.submit(project).number
+    def _submit(self, project: Project, *, measure: bool = False) -> int:
+        self.work = ""
+        self._awaited = self._runner.submit(project, measure=measure).number
         return self._awaited
+
+    def _measure(self) -> None:
+        """Have the distances measured, once the hand rests and the picture is up to date."""
+        results = self.results
+        if results is None or results.distances is not None or self.project is None:
+            return
+        if not self.is_in_gesture and not self.is_running and self.is_up_to_date:
+            self._submit(self.project, measure=True)
 
     def _on_finished(self, run: Run, results: Results, seconds: float) -> None:
         self._end(run)
@@ -146,12 +167,13 @@ class Session(QObject):
             self._shown = run.number
             self.results, self.seconds = results, seconds
             self.results_changed.emit(results)
+            self._measure()
         self.state_changed.emit()
 
     def _on_failed(self, run: Run, error: Exception) -> None:
         sentence = sentence_for(error)
         if run.number == self._awaited:
-            self.failure = Failure(sentence, self.work, not isinstance(error, FlyregError))
+            self.failure = Failure(sentence, error, self.work)
         self._end(run)
         self.state_changed.emit()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QLabel, QStatusBar
 
 from flyreg_gui.session import Session
+from flyreg_gui.steps import count_folds
 
 
 class StatusBar(QStatusBar):
@@ -17,7 +18,7 @@ class StatusBar(QStatusBar):
         self.addWidget(self.hint, 1)
         for label in (self.folds, self.distance, self.state):
             self.addPermanentWidget(label)
-        self.folds.setToolTip("Triangles that the spline turned over in the flat halves")
+        self.folds.setToolTip("Triangles that lie upside down after the registration")
         self.distance.setToolTip("Mean distance from the registered surface to the target")
         for signal in (session.state_changed, session.results_changed, session.project_changed):
             signal.connect(self._show)
@@ -30,12 +31,12 @@ class StatusBar(QStatusBar):
     def _show(self, *_news: object) -> None:
         session = self._session
         results = session.results
-        flipped = sum(results.registration.flipped.values()) if results else 0
+        flipped = count_folds(results) if results else 0
         self.folds.setText(f"folds {flipped}" if results else "")
         if results is None:
             self.distance.clear()
         elif results.distances is not None:
-            mean = results.distances.source_to_target.mean_um
+            mean = results.distances.a_to_b.mean_um
             self.distance.setText(f"mean distance {mean:.2f} µm")
         else:
             self.distance.setText("mean distance …")

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 
+from flyreg_core.errors import InputError, LandmarkError
 from flyreg_core.pipeline import PreparedBrain, Results
-
 from flyreg_core.project import BrainInput, Project
-from flyreg_gui.session import Session
+from flyreg_gui.session import Failure, Session
 
 
 class Step(IntEnum):
@@ -48,7 +48,7 @@ WORDS_OF_WORK = (
     (Step.BRAINS, ("reading",)),
     (Step.FLATTEN, ("flatten", "flat")),
     (Step.JUDGE, ("measur", "distance", "judg")),
-    (Step.REGISTER, ("spline", "landmark", "lift", "mov", "pair", "warp", "regist")),
+    (Step.REGISTER, ("spline", "landmark", "lift", "mov", "pair", "warp", "regist", "fold")),
 )
 """How reports of the pipeline tell which step they belong to; any other is about preparing."""
 
@@ -72,11 +72,11 @@ def _state(session: Session, step: Step) -> State:
     if session.project is None:
         return State.WAITING
     first = _first_affected(session.project, session.results)
-    if session.is_up_to_date or step < first:
+    if session.is_complete or step < first:
         return State.DONE
     later = State.WAITING if session.results is None else State.STALE
     if session.failure is not None:
-        at = max(step_of_work(session.failure.work), first)
+        at = max(_step_of_failure(session.failure), first)
         if step == at:
             return State.FAILED
     elif session.is_running:
@@ -98,7 +98,15 @@ def _first_affected(project: Project, results: Results | None) -> Step:
         return Step.BRAINS
     if any(old != new for old, new in pairs):
         return Step.PREPARE
-    return Step.REGISTER
+    return Step.JUDGE if shown == project else Step.REGISTER
+
+
+def _step_of_failure(failure: Failure) -> Step:
+    if isinstance(failure.error, InputError):
+        return Step.BRAINS
+    if isinstance(failure.error, LandmarkError):
+        return Step.REGISTER
+    return step_of_work(failure.work)
 
 
 def _details(session: Session) -> dict[Step, list[str]]:
@@ -140,17 +148,23 @@ def _describe_halves(results: Results) -> str:
 
 
 def _describe_registration(results: Results) -> str:
-    flipped = sum(results.registration.flipped.values())
+    flipped = count_folds(results)
     used = sum(landmark.pair.weight > 0 for landmark in results.landmarks)
     folds = "no folds" if flipped == 0 else f"{flipped} folded triangles"
     return f"{used} of {len(results.landmarks)} landmarks in use; {folds}"
 
 
+def count_folds(results: Results) -> int:
+    """Return how many triangles lie upside down after the registration."""
+    halves = results.registration.halves.values()
+    return sum(half.flipped for half in halves) + results.registration.flipped_on_caps
+
+
 def _describe_distances(results: Results) -> list[str]:
     distances = results.distances
     if distances is None:
-        return ["Measured when the hand is off the slider"]
-    forth, back = distances.source_to_target, distances.target_to_source
+        return ["Measured when the sliders are at rest"]
+    forth, back = distances.a_to_b, distances.b_to_a
     return [
         f"To target: mean {forth.mean_um:.2f}, largest {forth.hausdorff_um:.1f} µm",
         f"From target: mean {back.mean_um:.2f}, largest {back.hausdorff_um:.1f} µm",

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from flyreg_core.pipeline import PlacedLandmark, Results
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
 
+from flyreg_core.correspondence import PlacedLandmark
 from flyreg_core.landmarks import HalfName
 from flyreg_core.mesh import Floats, Integers
+from flyreg_core.pipeline import Results
 from flyreg_core.topology import boundary_loops
 from flyreg_gui.theme import SOURCE, Theme
 from flyreg_gui.views.canvas import FlatCanvas

@@ -6,9 +6,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from flyreg_core.pipeline import PlacedLandmark
 from numpy.typing import NDArray
 
+from flyreg_core.correspondence import PlacedLandmark
 from flyreg_gui.theme import KIND_COLORS, OFF, Theme
 
 Floats = NDArray[np.float64]
