@@ -34,20 +34,45 @@ def map_boundaries(
     """
     mapped: dict[CurveKey, Floats] = {}
     for key, curve in source.curves.items():
-        name = key[0]
-        sharing = [half for half in HALVES if curve_key(name, half) == key]
-        shifts = []
-        for half in sharing:
-            own = np.searchsorted(source.halves[half].vertex_of, curve.vertices)
-            seen_from_front = 1 if half == "anterior" else -1
-            shifts.append(seen_from_front * shift_of_u[half][own] / STARTS[name][1])
-        shift = np.mean(shifts, axis=0)
+        shift = np.mean(list(_own_shifts(source, key, shift_of_u).values()), axis=0)
         mapped[key] = (
             _advance_around(curve.share, shift)
             if curve.is_closed
             else _advance(curve.share, shift - np.interp(curve.share, [0, 1], shift[[0, -1]]))
         )
     return mapped
+
+
+def seam_gaps(
+    source: FlatBrain,
+    target: FlatBrain,
+    shift_of_u: Mapping[HalfName, Floats],
+    mapped: Mapping[CurveKey, Floats],
+) -> Mapping[HalfName, float]:
+    """Return how far sewing moved each half's boundary along the target's curves, micrometres."""
+    gaps = dict.fromkeys(HALVES, 0.0)
+    for key, curve in source.curves.items():
+        sewn = target.curves[key].at(mapped[key])
+        for half, shift in _own_shifts(source, key, shift_of_u).items():
+            alone = curve.share + shift
+            alone = alone if curve.is_closed else np.clip(alone, 0, 1)
+            away = np.linalg.norm(target.curves[key].at(alone) - sewn, axis=1)
+            gaps[half] = max(gaps[half], float(away.max()))
+    return gaps
+
+
+def _own_shifts(
+    source: FlatBrain, key: CurveKey, shift_of_u: Mapping[HalfName, Floats]
+) -> dict[HalfName, Floats]:
+    """Return by how much of its arc length each half that has a curve moves the curve's vertices."""
+    name, curve = key[0], source.curves[key]
+    shifts = {}
+    for half in HALVES:
+        if curve_key(name, half) == key:
+            own = np.searchsorted(source.halves[half].vertex_of, curve.vertices)
+            seen_from_front = 1 if half == "anterior" else -1
+            shifts[half] = seen_from_front * shift_of_u[half][own] / STARTS[name][1]
+    return shifts
 
 
 def _advance(share: Floats, shift: Floats) -> Floats:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from flyreg_core import mesh_formats, templates
 from flyreg_core.errors import InputError
-from flyreg_core.files import read_bytes, write_atomically
+from flyreg_core.files import check_place, read_bytes, write_atomically
 from flyreg_core.mesh import Floats, Integers, SurfaceMesh
 from flyreg_core.project import BrainInput, Unit
 from flyreg_core.templates import template_file, template_labels
@@ -26,6 +26,7 @@ from flyreg_core.topology import compacted, component_of_vertex
 __all__ = [
     "UM_PER_UNIT",
     "accept_changed_file",
+    "check_mesh_place",
     "open_brain",
     "read_brain",
     "template_file",
@@ -113,6 +114,18 @@ def accept_changed_file(brain: BrainInput) -> BrainInput:
     """
     stated = brain.unit if brain.unit_known_by == "stated by the user" else None
     return replace(open_brain(brain.path, stated), name=brain.name)
+
+
+def check_mesh_place(path: Path) -> None:
+    """Tell before long work whether a mesh could be written there.
+
+    Raises
+    ------
+    InputError
+        No mesh is written with this suffix, or see `files.check_place`.
+    """
+    mesh_formats.check_writable(path.suffix)
+    check_place(path)
 
 
 def write_mesh(

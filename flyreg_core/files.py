@@ -79,6 +79,41 @@ def write_atomically(path: Path, content: bytes | str) -> None:
         raise
 
 
+def check_place(path: Path) -> None:
+    """Tell before long work whether a file could be written there, in a folder made if need be.
+
+    Raises
+    ------
+    InputError
+        A folder has the file's name, or the nearest folder that exists is a file or read-only.
+    """
+    if path.is_dir():
+        raise InputError(f"{path} cannot be written: it is a folder; choose another name")
+    folder = path.resolve().parent
+    while not folder.exists():
+        folder = folder.parent
+    if not folder.is_dir():
+        raise InputError(f"{path} cannot be written: {folder} is a file, not a folder")
+    if not os.access(folder, os.W_OK):
+        raise InputError(
+            f"{path} cannot be written: the folder {folder} is read-only; choose another one"
+        )
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it.
+
+    Raises
+    ------
+    InputError
+        It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"the folder {folder} cannot be made: {error.strerror}") from error
+
+
 def _reason(error: OSError, place: Path) -> str:
     folder = place.parent
     if not folder.is_dir():

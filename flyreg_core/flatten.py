@@ -114,7 +114,7 @@ def solve_means(
     springs: Springs, is_fixed: Booleans, u: Floats, v: Floats
 ) -> tuple[Floats, Floats]:
     """Return u and v with each free vertex the weighted mean of its neighbours; fixed ones as given."""
-    touches_free = ~is_fixed[springs.edges].all(axis=1)
+    touches_free = ~(is_fixed[springs.edges[:, 0]] & is_fixed[springs.edges[:, 1]])
     vertices, position = np.unique(springs.edges[touches_free], return_inverse=True)
     i, j = position.reshape(-1, 2).T
     known = np.stack([u[vertices], v[vertices]], axis=1)

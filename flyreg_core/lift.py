@@ -10,11 +10,11 @@ import numpy as np
 from flyreg_core.boundary import CurveKey
 from flyreg_core.caps import Cap, cap_grid, carry_cap, find_caps, lay_cap_flat, rim_circle
 from flyreg_core.correspondence import FlatBrain, PlacedLandmark
-from flyreg_core.boundary_map import map_boundaries
+from flyreg_core.boundary_map import map_boundaries, seam_gaps
 from flyreg_core.halves import FlatHalf, along_outer
 from flyreg_core.landmarks import HALVES, HalfName
 from flyreg_core.locate import TriangleGrid, find_triangles, strip_grid
-from flyreg_core.mesh import FlatMesh, Floats, SurfaceMesh
+from flyreg_core.mesh import Booleans, FlatMesh, Floats, SurfaceMesh
 from flyreg_core.orientation import orientations
 from flyreg_core.progress import Report
 from flyreg_core.rectangle import from_plane, perimeter_share, to_plane, u_of_perimeter, wrapped
@@ -41,8 +41,9 @@ class WarpedHalf:
     flat: FlatMesh  # on the target's strip, without folds
     plane: Floats  # (k, 2) the same in the target's rectangle
     folds_mended: int  # faces that the spline itself had flipped
+    is_mended: Booleans  # (k,) vertices that moved for it
     flipped: int  # faces flipped in `flat`, decided exactly
-    gap_um: float  # how far the boundary had to move to meet the other half and its curves
+    gap_um: float  # how far sewing moved its boundary along the target's curves
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,20 +95,14 @@ def register(
     }
     shifts = {half: wrapped(warped[half][0] - source.halves[half].flat.uv[:, 0]) for half in HALVES}
     mapped = map_boundaries(source, shifts)
+    gaps = seam_gaps(source, target, shifts, mapped)
     vertices = np.zeros_like(source.dissection.surface.vertices)
     points = target.dissection.surface.vertices
     halves = {}
     for number, half in enumerate(HALVES):
         report(number / 3, "lifting")
-        halves[half] = _warp_half(
-            source.halves[half],
-            target.halves[half],
-            shifts[half],
-            warped[half][1],
-            mapped,
-            source,
-            report,
-        )
+        flat = _warp_half(source.halves[half], target.halves[half], warped[half], mapped)
+        halves[half] = _mend(source.halves[half], target.halves[half], flat, gaps[half], report)
         vertices[source.halves[half].vertex_of] = lift(
             halves[half].flat.uv, target.halves[half], locators.halves[half], points
         )
@@ -136,52 +131,43 @@ def lift(uv: Floats, target: FlatHalf, grid: TriangleGrid, points: Floats) -> Fl
 def _warp_half(
     source: FlatHalf,
     target: FlatHalf,
-    shift: Floats,
-    beta: Floats,
+    warped: tuple[Floats, Floats],
     mapped: Mapping[CurveKey, Floats],
-    brain: FlatBrain,
-    report: Report,
-) -> WarpedHalf:
-    """Return a half after the spline, its boundary on the target's, folds mended."""
-    start = source.flat.uv[:, 0]
-    u = start + shift
-    edge_u = {
-        "outer": along_outer(
-            source.name,
-            {
-                key: u_of_perimeter(source.name, perimeter_share(key[0], share))
-                for key, share in mapped.items()
-            },
-        ),
-        "hole": u_of_perimeter(source.name, perimeter_share("hole", mapped["hole", None][:-1])),
-    }
-    far, near = source.beta, 1 - source.beta
+) -> FlatMesh:
+    """Return a half after the spline on the target's strip, its boundary on the target's curves."""
+    start, beta = source.flat.uv[:, 0], warped[1].copy()
+    u = start + wrapped(warped[0] - start)
+    goals = {key: u_of_perimeter(source.name, perimeter_share(key[0], share)) for key, share in mapped.items()}
+    boundaries = (
+        (source.outer, along_outer(source.name, goals), 1.0, source.beta),
+        (source.hole, goals["hole", None][:-1], 0.0, 1 - source.beta),
+    )
     change_u, change_beta = np.zeros_like(u), np.zeros_like(u)
-    missed = 0.0
-    for edge, loop, goal, fade in (
-        ("outer", source.outer, 1.0, far),
-        ("hole", source.hole, 0.0, near),
-    ):
-        miss_u, miss_beta = wrapped(edge_u[edge] - u[loop]), goal - beta[loop]
-        missed = max(missed, float(np.abs(miss_u).max()), float(np.abs(miss_beta).max()))
-        at = np.mod(start, 1.0)
-        order = np.argsort(np.mod(start[loop], 1.0))
-        around = np.mod(start[loop], 1.0)[order]
-        change_u += fade * np.interp(at, around, miss_u[order], period=1.0)
-        change_beta += fade * np.interp(at, around, miss_beta[order], period=1.0)
-    u = u + change_u
+    for loop, goal_u, goal_beta, fading in boundaries:
+        around = np.mod(start[loop], 1.0)
+        for change, miss in (
+            (change_u, wrapped(goal_u - u[loop])),
+            (change_beta, goal_beta - beta[loop]),
+        ):
+            change += fading * np.interp(start, around, miss, period=1.0)
+    for loop, goal_u, goal_beta, _ in boundaries:
+        change_u[loop] = wrapped(goal_u - u[loop])
+        beta[loop], change_beta[loop] = goal_beta, 0.0
     beta = np.clip(beta + change_beta, CLOSEST_TO_BOUNDARY, 1 - CLOSEST_TO_BOUNDARY)
-    is_fixed = np.zeros(len(u), dtype=bool)
-    for edge, loop, goal in (("outer", source.outer, 1.0), ("hole", source.hole, 0.0)):
-        u[loop] = (start + shift)[loop] + wrapped(edge_u[edge] - (start + shift)[loop])
-        beta[loop] = goal
-        is_fixed[loop] = True
     v = target.law.v(beta)
     v[source.outer], v[source.hole] = 1.0, 0.0
-    raw = FlatMesh(np.stack([u, v], axis=1), source.faces, source.flat.corner_shifts)
+    return FlatMesh(np.stack([u + change_u, v], axis=1), source.faces, source.flat.corner_shifts)
+
+
+def _mend(
+    source: FlatHalf, target: FlatHalf, raw: FlatMesh, gap_um: float, report: Report
+) -> WarpedHalf:
+    is_fixed = np.zeros(len(raw.uv), dtype=bool)
+    is_fixed[source.outer] = is_fixed[source.hole] = True
     flat = unfold(raw, source.springs, is_fixed, report)
     plane = to_plane(flat.uv[:, 0], target.law.beta(flat.uv[:, 1]))
-    return WarpedHalf(flat, plane, count_flipped(raw), count_flipped(flat), missed)
+    is_mended = (flat.uv != raw.uv).any(axis=1)
+    return WarpedHalf(flat, plane, count_flipped(raw), is_mended, count_flipped(flat), gap_um)
 
 
 def _residuals(

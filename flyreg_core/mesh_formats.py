@@ -74,11 +74,8 @@ def decode(content: bytes, path: Path) -> Geometry:
     return vertices, faces
 
 
-def encode(suffix: str, vertices: Floats, faces: Integers, properties: Properties) -> bytes:
-    """Return the content of a mesh file; equal geometry gives equal bytes.
-
-    PLY and VTK take the properties and keep coordinates exactly; OBJ and OFF keep coordinates
-    exactly; STL and GLB round them to single precision.
+def check_writable(suffix: str) -> None:
+    """Tell whether meshes can be written with a suffix.
 
     Raises
     ------
@@ -90,6 +87,20 @@ def encode(suffix: str, vertices: Floats, faces: Integers, properties: Propertie
             f"meshes cannot be written as {suffix or 'a file without ending'}; "
             f"choose one of {', '.join(WRITTEN)}"
         )
+
+
+def encode(suffix: str, vertices: Floats, faces: Integers, properties: Properties) -> bytes:
+    """Return the content of a mesh file; equal geometry gives equal bytes.
+
+    PLY and VTK take the properties and keep coordinates exactly; OBJ and OFF keep coordinates
+    exactly; STL and GLB round them to single precision.
+
+    Raises
+    ------
+    InputError
+        No format that can be written has this suffix.
+    """
+    check_writable(suffix)
     match suffix.lower():
         case ".ply":
             return _encode_ply(vertices, faces, properties)

@@ -38,7 +38,7 @@ def save_project(project: Project, path: Path) -> None:
         Something in it has no place in JSON, such as an infinite number.
     """
     content = {
-        "flyreg": {"format": FORMAT, "program": _program_version()},
+        "flyreg": {"format": FORMAT, "program": program_version()},
         "project": _encode(project, path.resolve().parent),
     }
     try:
@@ -101,7 +101,8 @@ def _named_once(project: Project) -> Project:
     return project
 
 
-def _program_version() -> str:
+def program_version() -> str:
+    """Return the installed version of the program."""
     try:
         return importlib.metadata.version("flyreg")
     except importlib.metadata.PackageNotFoundError:  # run from a checkout

@@ -49,7 +49,8 @@ def unfold(flat: FlatMesh, springs: Springs, is_fixed: Booleans, report: Report)
 
 
 def _grown(chosen: Booleans, edges: Integers) -> Booleans:
-    touched = edges[chosen[edges].any(axis=1)]
+    first, second = edges.T
+    touched = chosen[first] | chosen[second]
     grown = chosen.copy()
-    grown[touched] = True
+    grown[first[touched]] = grown[second[touched]] = True
     return grown

@@ -1,0 +1,25 @@
+"""The engine of flyreg: lay the surface of one fly brain on another.
+
+The stages in the order they run; `pipeline.Pipeline.run` calls them and remembers each.
+
+=======================  ======================  ==================================================
+stage                    module                  what goes in -> what comes out
+=======================  ======================  ==================================================
+read                     brain_files             file or template -> surface in micrometres
+solid                    solid                   any triangles -> voxels inside or outside
+trim                     trim                    solid -> solid without the optic lobes
+torus                    carve, isosurface       solid -> closed surface with exactly one handle
+simplify (optional)      simplify                closed surface -> the same with fewer vertices
+smooth                   smooth                  surface -> smoothed vertices, which decide the cut
+two halves               cut                     surface -> two rings and two caps, sharing edges
+five named curves        boundary                rings -> upper, lower, left, right, hole
+flat                     flatten, halves         ring -> strip, shown as a rectangle with a hole
+landmark pairs           correspondence          curves and the user's pairs -> places in the plane
+weighted spline          thin_plate_spline       places, weights, lambda -> map of the plane
+boundary, folds          boundary_map, unfold    map -> one-to-one map from strip to strip
+lift, sew                lift, caps              strip -> registered surface, closed
+distances                surface_distance        two surfaces -> mean, RMS, Hausdorff, both ways
+=======================  ======================  ==================================================
+
+What the user decides is a `project.Project`; `edits` change it, `project_file` keeps it.
+"""

@@ -1,0 +1,421 @@
+"""The `flyreg` command: one thin function per subcommand, everything else in the engine."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from flyreg_core.errors import FlyregError
+
+if TYPE_CHECKING:
+    from flyreg_core.mesh import SurfaceMesh
+    from flyreg_core.pipeline import Results
+    from flyreg_core.progress import Report
+    from flyreg_core.project import Brain, Project
+
+DONE, WRONG_USAGE, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED = 0, 2, 3, 4, 130
+UNITS = ("nm", "um", "mm")
+BAR = 30
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status."""
+    arguments = _parser().parse_args(argv)
+    try:
+        arguments.run(arguments)
+    except FlyregError as error:
+        _say(f"flyreg: {error}")
+        return BAD_INPUT
+    except BrokenPipeError:
+        return DONE
+    except KeyboardInterrupt:
+        _say("flyreg: interrupted; nothing was written")
+        return INTERRUPTED
+    except Exception:
+        _say(f"flyreg: an internal error; please report it with the file {_log_error()}")
+        return INTERNAL_ERROR
+    return DONE
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="flyreg",
+        description="Lay the surface of one fly brain on another.",
+        epilog="A BRAIN is a mesh file, or the label of a template such as JFRC2 or FCWB.",
+    )
+    parser.add_argument(
+        "--version", action=_ShowVersion, nargs=0, help="print the version and stop"
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    _add_inspect(commands)
+    _add_prepare(commands)
+    _add_register(commands)
+    _add_transform(commands)
+    _add_distance(commands)
+    return parser
+
+
+class _ShowVersion(argparse.Action):
+    """Look the version up only when it is asked for."""
+
+    def __call__(self, *_: object, **__: object) -> None:
+        from flyreg_core.project_file import program_version
+
+        print(f"flyreg {program_version()}")
+        sys.exit(DONE)
+
+
+def _add_command(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser],
+    name: str,
+    run: Callable[[argparse.Namespace], None],
+    summary: str,
+) -> argparse.ArgumentParser:
+    command = commands.add_parser(name, help=summary, description=summary)
+    command.set_defaults(run=run)
+    command.add_argument("--json", action="store_true", help="print one JSON object on stdout")
+    return command
+
+
+def _add_brain_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--unit", choices=UNITS, help="unit of the file's coordinates")
+    command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
+    command.add_argument("--trim-right", type=float, metavar="UM", help="trim plane, smaller x")
+    command.add_argument("--trim-left", type=float, metavar="UM", help="trim plane, larger x")
+    command.add_argument("--vertices", type=int, metavar="N", help="simplify to N vertices")
+
+
+def _add_inspect(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    command = _add_command(commands, "inspect", _inspect, "Say what a brain is.")
+    command.add_argument("brain", metavar="BRAIN")
+    _add_brain_options(command)
+
+
+def _add_prepare(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    command = _add_command(
+        commands, "prepare", _prepare, "Write the main brain: closed, one component, one handle."
+    )
+    command.add_argument("brain", metavar="BRAIN")
+    command.add_argument("-o", "--output", required=True, type=Path, metavar="OUT.ply")
+    _add_brain_options(command)
+
+
+def _add_register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    command = _add_command(commands, "register", _register, "Lay the source on the target.")
+    command.add_argument("source", nargs="?", metavar="SOURCE")
+    command.add_argument("target", nargs="?", metavar="TARGET")
+    command.add_argument("-o", "--output", required=True, type=Path, metavar="DIR")
+    command.add_argument("--project", type=Path, metavar="P.flyreg", help="repeat a saved project")
+    command.add_argument("--landmarks", type=Path, metavar="FILE", help="landmark pairs to use too")
+    command.add_argument("--smoothing", type=float, metavar="X", help="lambda of the spline")
+    command.add_argument("--source-unit", choices=UNITS)
+    command.add_argument("--target-unit", choices=UNITS)
+    command.add_argument(
+        "--pairing",
+        choices=("coordinate", "arc length", "nearest"),
+        help="which places of the boundary curves belong together (the paper: nearest)",
+    )
+    command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
+    command.add_argument("--vertices", type=int, metavar="N", help="simplify both to N vertices")
+    command.add_argument("--smoothing-passes", type=int, metavar="N", help="default 500")
+    command.add_argument(
+        "--flattening-passes", type=int, metavar="N", help="average N times instead of solving"
+    )
+
+
+def _add_transform(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    command = _add_command(
+        commands, "transform", _transform, "Carry points near one surface to the other."
+    )
+    command.add_argument("project", type=Path, metavar="P.flyreg")
+    command.add_argument("points", type=Path, metavar="POINTS.csv")
+    command.add_argument("-o", "--output", required=True, type=Path, metavar="OUT.csv")
+    command.add_argument("--inverse", action="store_true", help="from the target to the source")
+    command.add_argument("--unit", choices=UNITS, help="unit of the points, if not their brain's")
+    command.add_argument("--reach", type=float, metavar="UM", help="farthest distance, default 10")
+
+
+def _add_distance(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    command = _add_command(commands, "distance", _distance, "Measure how far surfaces are apart.")
+    command.add_argument("a", metavar="A")
+    command.add_argument("b", metavar="B")
+    command.add_argument("--unit", choices=UNITS, help="unit of both, if it is not judged right")
+
+
+def _inspect(arguments: argparse.Namespace) -> None:
+    from flyreg_core.pipeline import Pipeline
+    from flyreg_core.report import inspect_report
+
+    brain = _brain(arguments.brain, arguments.unit, arguments)
+    with _Progress() as progress:
+        raw, torus = Pipeline().make_torus(brain, progress)
+    _print(inspect_report(brain.input, raw, torus), arguments.json)
+
+
+def _prepare(arguments: argparse.Namespace) -> None:
+    from flyreg_core.brain_files import check_mesh_place, write_mesh
+    from flyreg_core.files import make_folder
+    from flyreg_core.pipeline import Pipeline
+    from flyreg_core.progress import within
+    from flyreg_core.report import prepare_report
+    from flyreg_core.simplify import simplify
+
+    started = time.perf_counter()
+    check_mesh_place(arguments.output)
+    brain = _brain(arguments.brain, arguments.unit, arguments)
+    with _Progress() as progress:
+        raw, torus = Pipeline().make_torus(brain, within(progress, 0.0, 0.8))
+        simplified = simplify(torus.surface, brain.simplify, within(progress, 0.8, 0.9))
+        facts = prepare_report(raw, torus, simplified.surface, within(progress, 0.9, 1.0))
+    make_folder(arguments.output.resolve().parent)
+    write_mesh(arguments.output, simplified.surface, brain.input.unit)
+    for warning in simplified.warnings:
+        _say(f"flyreg: {warning}")
+    _print({**facts, **_cost(started)}, arguments.json)
+
+
+def _register(arguments: argparse.Namespace) -> None:
+    from flyreg_core.files import check_place
+    from flyreg_core.pipeline import Pipeline
+
+    started = time.perf_counter()
+    check_place(arguments.output / "registered.ply")
+    project = _project(arguments)
+    with _Progress() as progress:
+        results = Pipeline().run(project, progress)
+    facts = _write_results(results, arguments.output, started)
+    for warning in results.warnings:
+        _say(f"flyreg: {warning}")
+    _print(facts, arguments.json)
+
+
+def _write_results(results: Results, folder: Path, started: float) -> dict[str, object]:
+    from flyreg_core.files import make_folder, write_atomically
+    from flyreg_core.project_file import save_project
+    from flyreg_core.report import register_report, write_registered
+
+    make_folder(folder)
+    write_registered(folder / "registered.ply", results)
+    save_project(results.project, folder / "project.flyreg")
+    cost = _cost(started)
+    seconds = {
+        "total": cost["seconds"],
+        "by_stage": {name: round(value, 3) for name, value in results.seconds.items()},
+    }
+    facts = {**register_report(results), **cost, "seconds": seconds}
+    write_atomically(folder / "report.json", json.dumps(facts, indent=2) + "\n")
+    return facts
+
+
+def _project(arguments: argparse.Namespace) -> Project:
+    """Return the project that the arguments of `register` ask for."""
+    from flyreg_core.flatten import FlattenParameters
+    from flyreg_core.project import Project
+    from flyreg_core.project_file import load_project
+    from flyreg_core.smooth import SmoothParameters
+
+    names = [name for name in (arguments.source, arguments.target) if name is not None]
+    if len(names) == 1 or not (names or arguments.project):
+        raise FlyregError("give both a source and a target brain, or a project with --project")
+    if arguments.project:
+        project = load_project(arguments.project)
+    if names:
+        source = _brain(names[0], arguments.source_unit, arguments)
+        target = _brain(names[1], arguments.target_unit, arguments)
+        if arguments.project:
+            source = replace(project.source, input=source.input)
+            target = replace(project.target, input=target.input)
+            project = replace(project, source=source, target=target)
+        else:
+            project = Project(source, target)
+    if arguments.smoothing_passes is not None:
+        project = _with_both(project, smooth=SmoothParameters(arguments.smoothing_passes))
+    if arguments.flattening_passes is not None:
+        project = _with_both(project, flatten=FlattenParameters(arguments.flattening_passes))
+    if arguments.pairing is not None:
+        project = replace(project, boundary=replace(project.boundary, pairing=arguments.pairing))
+    if arguments.smoothing is not None:
+        project = replace(project, smoothing=arguments.smoothing)
+    if arguments.landmarks is not None:
+        project = _with_landmarks(project, arguments.landmarks)
+    return project
+
+
+def _with_both(project: Project, **changes: object) -> Project:
+    return replace(
+        project,
+        source=replace(project.source, **changes),  # type: ignore[arg-type]
+        target=replace(project.target, **changes),  # type: ignore[arg-type]
+    )
+
+
+def _with_landmarks(project: Project, path: Path) -> Project:
+    from flyreg_core.brain_files import UM_PER_UNIT
+    from flyreg_core.edits import add_pair
+    from flyreg_core.landmark_files import read_landmark_pairs, to_landmark_pairs
+
+    pairs = to_landmark_pairs(
+        read_landmark_pairs(path),
+        UM_PER_UNIT[project.source.input.unit],
+        UM_PER_UNIT[project.target.input.unit],
+    )
+    if not any(pair.is_placed for pair in pairs):
+        raise FlyregError(f"{path} has {len(pairs)} landmarks but none with a place on both brains")
+    for pair in pairs:
+        project = add_pair(project, pair)
+    return project
+
+
+def _transform(arguments: argparse.Namespace) -> None:
+    from flyreg_core.brain_files import UM_PER_UNIT
+    from flyreg_core.files import check_place
+    from flyreg_core.pipeline import Pipeline
+    from flyreg_core.point_files import read_points, write_points
+    from flyreg_core.project_file import load_project
+    from flyreg_core.transform import REACH_UM, transform_points
+
+    check_place(arguments.output)
+    project = load_project(arguments.project)
+    table = read_points(arguments.points)
+    reach = REACH_UM if arguments.reach is None else arguments.reach
+    if not reach >= 0:
+        raise FlyregError(f"the reach must be 0 or a positive number of micrometres, not {reach}")
+    with _Progress() as progress:
+        results = Pipeline().run(project, progress, measure=False)
+    surfaces = [results.source.surface, results.registration.surface]
+    units = [project.source.input.unit, project.target.input.unit]
+    if arguments.inverse:
+        surfaces.reverse()
+        units.reverse()
+    points = table.points * UM_PER_UNIT[arguments.unit or units[0]]
+    moved = transform_points(points, surfaces[0], surfaces[1], reach)
+    write_points(arguments.output, table, moved, UM_PER_UNIT[arguments.unit or units[1]])
+    mapped = int(moved.is_mapped.sum())
+    facts = {"points": len(points), "mapped": mapped, "outside": len(points) - mapped}
+    _print(facts, arguments.json)
+
+
+def _distance(arguments: argparse.Namespace) -> None:
+    from flyreg_core.report import distance_report
+    from flyreg_core.surface_distance import measure_distances
+
+    a, b = _surface(arguments.a, arguments.unit), _surface(arguments.b, arguments.unit)
+    with _Progress() as progress:
+        distances = measure_distances(a, b, progress)
+    _print(distance_report(distances, "a_to_b", "b_to_a"), arguments.json)
+
+
+def _surface(name: str, unit: str | None) -> SurfaceMesh:
+    from flyreg_core.brain_files import open_brain, read_brain
+
+    return read_brain(open_brain(name, unit))  # type: ignore[arg-type]
+
+
+def _brain(name: str, unit: str | None, arguments: argparse.Namespace) -> Brain:
+    from flyreg_core.brain_files import open_brain
+    from flyreg_core.project import Brain
+    from flyreg_core.simplify import SimplifyParameters
+    from flyreg_core.solid import SolidParameters
+    from flyreg_core.trim import TrimParameters
+
+    opened = open_brain(name, unit)  # type: ignore[arg-type]
+    if opened.unit_known_by == "judged from the size":
+        _say(f"flyreg: {name} is taken to be in {opened.unit}, {opened.unit_known_by}")
+    return Brain(
+        opened,
+        solid=SolidParameters() if arguments.voxels is None else SolidParameters(arguments.voxels),
+        trim=TrimParameters(
+            getattr(arguments, "trim_right", None), getattr(arguments, "trim_left", None)
+        ),
+        simplify=SimplifyParameters(arguments.vertices),
+    )
+
+
+class _Progress:
+    """A bar on stderr when that is a terminal; a report for the engine."""
+
+    def __init__(self) -> None:
+        self._shown = sys.stderr.isatty()
+        self._last = -1
+        self._text = ""
+
+    def __enter__(self) -> Report:
+        return self._report
+
+    def __exit__(self, *_: object) -> None:
+        if self._shown:
+            sys.stderr.write("\r" + " " * 78 + "\r")
+            sys.stderr.flush()
+
+    def _report(self, fraction: float, text: str) -> None:
+        percent = int(100 * min(max(fraction, 0.0), 1.0))
+        if self._shown and (percent, text) != (self._last, self._text):
+            self._last, self._text = percent, text
+            bar = "#" * (BAR * percent // 100)
+            sys.stderr.write(f"\r[{bar:<{BAR}}] {percent:3d} % {text:<38.38}")
+            sys.stderr.flush()
+
+
+def _print(facts: object, as_json: bool) -> None:
+    if as_json:
+        print(json.dumps(facts))
+    else:
+        print("\n".join(_lines(facts)))
+
+
+def _lines(facts: object, indent: str = "") -> list[str]:
+    """Return facts as indented lines for people."""
+    lines = []
+    for key, value in facts.items() if isinstance(facts, dict) else enumerate(facts, 1):  # type: ignore[call-overload]
+        if isinstance(value, (dict, list, tuple)) and value and not _is_flat(value):
+            lines += [f"{indent}{key}:", *_lines(value, indent + "  ")]
+        else:
+            lines.append(f"{indent}{key}: {_shown(value)}")
+    return lines
+
+
+def _is_flat(value: object) -> bool:
+    return isinstance(value, (list, tuple)) and all(isinstance(v, (int, float)) for v in value)
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, (list, tuple)):
+        return ", ".join(_shown(part) for part in value) if value else "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return "unknown" if value is None else str(value)
+
+
+def _cost(started: float) -> dict[str, object]:
+    from flyreg_core.cost import peak_memory_mb
+
+    return {
+        "seconds": round(time.perf_counter() - started, 2),
+        "peak_memory_mb": peak_memory_mb(),
+    }
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr)
+
+
+def _log_error() -> str:
+    with tempfile.NamedTemporaryFile(
+        "w", prefix="flyreg-error-", suffix=".log", delete=False, encoding="utf-8"
+    ) as log:
+        traceback.print_exc(file=log)
+    return log.name
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,211 @@
+"""What scripts read: the facts of each command as one JSON object."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from collections.abc import Mapping
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+
+from flyreg_core import topology
+from flyreg_core.brain_files import write_mesh
+from flyreg_core.carve import Handle
+from flyreg_core.landmarks import HALVES
+from flyreg_core.mesh import Floats, Integers, SurfaceMesh
+from flyreg_core.orientation import orientations
+from flyreg_core.pipeline import PreparedBrain, Results
+from flyreg_core.project import BrainInput
+from flyreg_core.surface_distance import Distances, DistanceSummary, distances_to_surface
+from flyreg_core.torus import Torus
+from flyreg_core.progress import Report
+
+LIBRARIES = ("flyreg", "numpy", "scipy", "numba", "libigl", "manifold3d", "trimesh")
+INFLUENCE_WIDTH = 0.2
+"""Width in the rectangle over which a landmark's weight is shown to fade."""
+STATUS = {"by the spline": 0, "on a curve": 1, "fold mended": 2, "on a cap": 3}
+"""Values of the registered mesh's property `status`: how each vertex got its place."""
+
+Facts = dict[str, object]
+
+
+def inspect_report(brain: BrainInput, raw: SurfaceMesh, torus: Torus) -> Facts:
+    """Return what an input is, and the handles found in its main brain."""
+    open_edges, non_manifold = topology.count_open_and_non_manifold_edges(raw.faces)
+    used = np.unique(raw.faces)
+    components = len(np.unique(topology.component_of_vertex(raw.faces, len(raw.vertices))[used]))
+    is_closed = topology.is_closed(raw.faces)
+    axes = "xyz"
+    frame = torus.frame
+    return {
+        "name": brain.name,
+        "kind": "surface",
+        "unit": brain.unit,
+        "unit_known_by": brain.unit_known_by,
+        "vertices": len(raw.vertices),
+        "faces": len(raw.faces),
+        "components": components,
+        "genus": topology.genus(raw.faces) if is_closed else None,
+        "open_edges": open_edges,
+        "non_manifold_edges": non_manifold,
+        "extent_um": [float(length) for length in np.ptp(raw.vertices, axis=0)],
+        "pose": {
+            "right_to_left": axes[frame.left_right],
+            "dorsal_to_ventral": axes[frame.dorso_ventral],
+            "anterior_to_posterior": axes[frame.antero_posterior],
+        },
+        "trim_um": {"right": torus.planes.right, "left": torus.planes.left},
+        "handles": [_handle(handle) for handle in torus.handles],
+    }
+
+
+def _handle(handle: Handle) -> Facts:
+    return {
+        "center_um": list(handle.center_um),
+        "width_um": handle.width_um,
+        "is_near_midline": handle.is_near_midline,
+        "is_oesophagus": handle.is_oesophagus,
+    }
+
+
+def prepare_report(raw: SurfaceMesh, torus: Torus, surface: SurfaceMesh, report: Report) -> Facts:
+    """Return what a prepared main brain is, and how far it leaves the original surface."""
+    away = distances_to_surface(surface.vertices, raw, report)
+    handle = torus.oesophagus
+    return {
+        "vertices": len(surface.vertices),
+        "faces": len(surface.faces),
+        "components": len(np.unique(topology.component_of_vertex(surface.faces))),
+        "genus": topology.genus(surface.faces),
+        "watertight": topology.is_closed(surface.faces),
+        "diagonal_um": surface.diagonal,
+        "deviation": {
+            "mean_um": float(away.mean()),
+            "p99_um": float(np.percentile(away, 99)),
+            "max_um": float(away.max()),
+        },
+        "handle": {
+            "center_um": list(handle.center_um),
+            "width_um": handle.width_um,
+            "chosen_by": "widest tunnel near the midline",
+        },
+        "filled_um3": torus.filled_um3,
+    }
+
+
+def register_report(results: Results) -> Facts:
+    """Return what a registration did, without times and memory."""
+    project = results.project
+    origins = [mark.pair.origin for mark in results.landmarks]
+    return {
+        "source": _brain(results.source),
+        "target": _brain(results.target),
+        "halves": {half: _half(results, half) for half in HALVES},
+        "flipped_on_caps": results.registration.flipped_on_caps,
+        "watertight": topology.is_closed(results.registration.surface.faces),
+        "landmarks": {
+            "boundary": origins.count("boundary"),
+            "automatic": 0,
+            "user": origins.count("user"),
+        },
+        "smoothing": project.smoothing,
+        "pairing": project.boundary.pairing,
+        "warnings": list(results.warnings),
+        "distance": distance_report(results.distances, "source_to_target", "target_to_source")
+        if results.distances
+        else None,
+        "versions": versions(),
+    }
+
+
+def _brain(prepared: PreparedBrain) -> Facts:
+    brain = prepared.brain.input
+    return {
+        "name": brain.name,
+        "sha256": brain.sha256,
+        "unit": brain.unit,
+        "unit_known_by": brain.unit_known_by,
+        "vertices": len(prepared.surface.vertices),
+        "trim_um": {"right": prepared.torus.planes.right, "left": prepared.torus.planes.left},
+        "oesophagus": _handle(prepared.torus.oesophagus),
+    }
+
+
+def _half(results: Results, half: str) -> Facts:
+    flat, warped = results.source.halves[half], results.registration.halves[half]  # type: ignore[index]
+    return {
+        "triangles": len(flat.faces),
+        "flipped_before_spline": int((orientations(flat.flat.corners) <= 0).sum()),
+        "flipped_by_spline_and_mended": warped.folds_mended,
+        "flipped_after_spline": warped.flipped,
+        "gap_um": warped.gap_um,
+    }
+
+
+def distance_report(distances: Distances, first: str, second: str) -> Facts:
+    """Return distances both ways under the names of the two directions."""
+    return {
+        "diagonal_um": distances.diagonal_um,
+        first: _summary(distances.a_to_b, distances.diagonal_um),
+        second: _summary(distances.b_to_a, distances.diagonal_um),
+    }
+
+
+def _summary(summary: DistanceSummary, diagonal_um: float) -> Facts:
+    return {
+        "mean_um": summary.mean_um,
+        "rms_um": summary.rms_um,
+        "hausdorff_um": summary.hausdorff_um,
+        "mean_share_of_diagonal": summary.mean_um / diagonal_um,
+    }
+
+
+def versions() -> Mapping[str, str]:
+    """Return the versions of the program, Python and the libraries that decide the numbers."""
+    found = {"python": platform.python_version(), "platform": sys.platform}
+    for library in LIBRARIES:
+        try:
+            found[library] = metadata.version(library)
+        except metadata.PackageNotFoundError:
+            found[library] = "unknown"
+    return found
+
+
+def write_registered(path: Path, results: Results) -> None:
+    """Write the registered mesh, in the target's unit and frame, with its properties."""
+    properties = {
+        "displacement_um": np.linalg.norm(
+            results.registration.surface.vertices - results.source.surface.vertices, axis=1
+        ),
+        "weight_influence": weight_influence(results),
+        "status": vertex_status(results),
+    }
+    unit = results.project.target.input.unit
+    write_mesh(path, results.registration.surface, unit, properties)
+
+
+def weight_influence(results: Results) -> Floats:
+    """Return for each vertex the landmarks' weights, faded with distance in the rectangle."""
+    influence = np.zeros(len(results.source.surface.vertices))
+    for half in HALVES:
+        flat = results.source.halves[half]
+        for mark in results.landmarks:
+            if half in mark.plane and mark.pair.weight > 0:
+                away = np.linalg.norm(flat.plane - mark.plane[half][0], axis=1) / INFLUENCE_WIDTH
+                influence[flat.vertex_of] += mark.pair.weight * np.exp(-(away**2) / 2)
+    return influence
+
+
+def vertex_status(results: Results) -> Integers:
+    """Return for each vertex of the registered mesh how it got its place, as `STATUS` numbers it."""
+    status = np.full(len(results.source.surface.vertices), STATUS["on a cap"])
+    for half in HALVES:
+        flat, warped = results.source.halves[half], results.registration.halves[half]
+        status[flat.vertex_of] = np.where(
+            warped.is_mended, STATUS["fold mended"], STATUS["by the spline"]
+        )
+    for curve in results.source.flat.curves.values():
+        status[curve.vertices] = STATUS["on a curve"]
+    return status

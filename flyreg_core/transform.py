@@ -1,0 +1,57 @@
+"""Carry points near one surface to the other, along the registration and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+
+from flyreg_core.mesh import Booleans, Floats, SurfaceMesh
+
+REACH_UM = 10.0
+"""Points farther than this from the main brain's surface are not mapped unless the user says so."""
+
+
+@dataclass(frozen=True, eq=False)
+class TransformedPoints:
+    """Where points went; rows of `points` that are not `is_mapped` are NaN."""
+
+    points: Floats  # (n, 3), micrometres
+    is_mapped: Booleans  # (n,)
+
+
+def transform_points(
+    points: Floats, start: SurfaceMesh, end: SurfaceMesh, reach_um: float = REACH_UM
+) -> TransformedPoints:
+    """Return points carried from one surface to another one that has the same faces.
+
+    Each point keeps its place on its nearest face and its signed distance along the normal there.
+
+    Parameters
+    ----------
+    points : (n, 3) float
+        In the frame of `start`, micrometres.
+    start, end : SurfaceMesh
+        The prepared source and the registered surface, or the other way round.
+    reach_um : float
+        How far from `start` a point may lie to be mapped.
+    """
+    squared, face, nearest = igl.point_mesh_squared_distance(points, start.vertices, start.faces)
+    corners = start.faces[face]
+    triangle = (np.ascontiguousarray(start.vertices[corners[:, k]]) for k in range(3))
+    barycentric = np.asarray(igl.barycentric_coordinates(nearest, *triangle)).reshape(-1, 3)
+    barycentric = np.nan_to_num(barycentric, nan=1 / 3)
+
+    def carried(values: Floats) -> Floats:
+        return np.einsum("ij,ijk->ik", barycentric, values[corners])
+
+    distance = np.sqrt(squared)
+    outwards = np.einsum("ij,ij->i", points - nearest, carried(start.vertex_normals))
+    normal = carried(end.vertex_normals)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
+    moved = carried(end.vertices) + (np.sign(outwards) * distance)[:, None] * normal
+    is_mapped = distance <= reach_um
+    moved[~is_mapped] = np.nan
+    return TransformedPoints(moved, is_mapped)
