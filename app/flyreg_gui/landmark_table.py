@@ -29,7 +29,7 @@ class Column(IntEnum):
     RESIDUAL = 3
 
 
-HEADERS = ("Landmark", "Curve", "Weight", "Residual, µm")
+HEADERS = ("Landmark", "Curve", "Weight", "Resid.")
 HEADER_TIPS = (
     "Double-click a landmark of your own to rename it",
     "The curve a landmark lies on, and the half if it belongs to one only",
@@ -48,7 +48,7 @@ class Row:
     @property
     def place(self) -> str:
         """The curve, and the half if the pair belongs to one only."""
-        half = {"anterior": ", ant.", "posterior": ", post.", None: ""}[self.pair.half]
+        half = f" of the {self.pair.half} half" if self.pair.half else ""
         return f"{self.pair.kind}{half}"
 
 
@@ -121,7 +121,7 @@ class LandmarkTable(QAbstractTableModel):
                 return _text(row, column)
             case Qt.ItemDataRole.EditRole:
                 return row.pair.weight if column == Column.WEIGHT else row.pair.name
-            case Qt.ItemDataRole.DecorationRole if column == Column.NAME:
+            case Qt.ItemDataRole.DecorationRole if column == Column.PLACE:
                 return QColor(*(KIND_COLORS[row.pair.kind] if row.pair.weight > 0 else OFF))
             case Qt.ItemDataRole.ToolTipRole:
                 return _tip(row)
@@ -154,7 +154,7 @@ def _text(row: Row, column: Column) -> str:
         case Column.NAME:
             return row.pair.name
         case Column.PLACE:
-            return row.place
+            return row.pair.kind
         case Column.WEIGHT:
             return format_weight(row.pair.weight)
         case Column.RESIDUAL:
@@ -176,8 +176,9 @@ def _sort_key(row: Row, column: Column) -> Any:
 def _tip(row: Row) -> str:
     weight = row.pair.weight
     if weight == 0:
-        return f"{row.pair.name}: weight 0, left out of the spline"
-    return f"{row.pair.name}: weight {format_weight(weight)}, W⁻¹ entry {1 / weight:.4g}"
+        return f"{row.pair.name} ({row.place}): weight 0, left out of the spline"
+    inverse = f"W⁻¹ entry {1 / weight:.4g}"
+    return f"{row.pair.name} ({row.place}): weight {format_weight(weight)}, {inverse}"
 
 
 def format_weight(weight: float) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QPoint, Qt
-from PySide6.QtGui import QCloseEvent, QGuiApplication, QKeyEvent, QKeySequence, QPainter, QPixmap
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QKeySequence, QPainter, QPixmap
 from PySide6.QtWidgets import (
     QAbstractButton,
     QDockWidget,
@@ -36,11 +36,11 @@ from flyreg_gui.runner import Runner, RunsProjects
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
 from flyreg_gui.status import StatusBar
-from flyreg_gui.theme import current_theme
+from flyreg_gui.theme import Theme, current_theme
 from flyreg_gui.view_state import read_view_state, view_state
 from flyreg_gui.views.view_area import ViewArea
 
-BLEND_AT_FIRST = 30
+BLEND_AT_FIRST = 20
 """How much of the target shows through, in per cent."""
 
 
@@ -63,6 +63,7 @@ class MainWindow(QMainWindow):
         self.blend = QSlider(Qt.Orientation.Horizontal)
         self.actions_by_name = make_actions(self)
         self._shown_failure: object = None
+        self._theme: Theme | None = None  # before the first one is shown
         self._unread_view = False  # of a project whose first results are still to come
         self._make_center()
         self._make_docks()
@@ -102,7 +103,7 @@ class MainWindow(QMainWindow):
             dock.setWidget(widget)
             self.addDockWidget(area, dock)
             self._docks.append(dock)
-        self.resizeDocks(self._docks, [290, 400], Qt.Orientation.Horizontal)
+        self.resizeDocks(self._docks, [290, 390], Qt.Orientation.Horizontal)
 
     def _make_menus(self) -> None:
         menus: dict[str, QMenu] = {}
@@ -172,7 +173,6 @@ class MainWindow(QMainWindow):
         self.start.project_asked.connect(files.open_project)
         self.start.demo_asked.connect(files.open_demo)
         self.start.recent_asked.connect(self._on_recent)
-        QGuiApplication.styleHints().colorSchemeChanged.connect(self._show_theme)
 
     def _spare_buttons(self) -> None:
         """Leave Space to a button that the keyboard went to; a click does not take the keyboard."""
@@ -301,10 +301,19 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(f"{name}[*] - flyreg")
         self.setWindowModified(bool(session.unsaved_changes))
 
-    def _show_theme(self, *_scheme: object) -> None:
+    def _show_theme(self) -> None:
         theme = current_theme()
-        self.view_area.show_theme(theme)
-        self.banner.show_theme(theme)
+        if theme is not self._theme:
+            self._theme = theme
+            self.view_area.show_theme(theme)
+            self.banner.show_theme(theme)
+            self.steps.show_theme(theme)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Follow the system from light to dark and back."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and self._theme is not None:
+            self._show_theme()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about unsaved changes, then end the worker and VTK."""

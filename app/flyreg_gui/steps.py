@@ -129,9 +129,13 @@ def _details(session: Session) -> dict[Step, list[str]]:
     return details
 
 
+def short_name(brain: BrainInput) -> str:
+    """Return a brain's name without the folders of its file."""
+    return brain.name.replace("\\", "/").rsplit("/", 1)[-1]
+
+
 def _describe_input(role: str, brain: BrainInput) -> str:
-    name = brain.name.replace("\\", "/").rsplit("/", 1)[-1]
-    return f"{role}: {name}, {brain.unit.replace('um', 'µm')} ({brain.unit_known_by})"
+    return f"{role}: {short_name(brain)}, {brain.unit.replace('um', 'µm')} ({brain.unit_known_by})"
 
 
 def _describe_brain(role: str, brain: PreparedBrain) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 
 Color = tuple[int, int, int]
@@ -61,9 +60,13 @@ DARK = Theme(
 
 
 def current_theme() -> Theme:
-    """Return the theme of the system's colour scheme."""
-    hints = QGuiApplication.styleHints()
-    return DARK if hints.colorScheme() == Qt.ColorScheme.Dark else LIGHT
+    """Return the theme that goes with the palette, which follows the system's colour scheme."""
+    palette = QGuiApplication.palette()
+    ground, ink = (
+        palette.color(palette.ColorRole.Window),
+        palette.color(palette.ColorRole.WindowText),
+    )
+    return DARK if ground.lightness() < ink.lightness() else LIGHT
 
 
 def css(color: Color) -> str:

@@ -70,6 +70,8 @@ class LandmarksPanel(QWidget):
             sliders.addWidget(slider, 2 * row + 1, 0, 1, 2)
         sliders.setColumnStretch(0, 1)
         layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 8)
+        self.setMinimumWidth(340)
         layout.addWidget(self.table, 1)
         layout.addLayout(sliders)
 
@@ -148,12 +150,18 @@ class LandmarksPanel(QWidget):
         self.weight_slider.setEnabled(bool(chosen))
         names = self._names(chosen)
         self._weight_label.setText(f"Weight of {names}" if chosen else "Weight: select a landmark")
-        weights = [self.model.pair(self.model.ids.index(chosen[-1])).weight] if chosen else []
-        for weight in weights:
-            self.weight_slider.show_value(weight)
-            inverse = f"W⁻¹ entry {1 / weight:.4g}" if weight else "left out of the spline"
-            self.weight_slider.setToolTip(f"{names}: {inverse}")
-        self._weight_value.setText(format_weight(weights[0]) if weights else "")
+        pairs = [self.model.pair(row) for row in self._rows()]
+        weights = {pair.id: pair.weight for pair in pairs if pair.id in chosen}
+        if not weights:
+            self._weight_value.clear()
+            self.weight_slider.setToolTip("")
+            return
+        weight = weights[chosen[-1]]
+        self.weight_slider.show_value(weight)
+        inverse = f"W⁻¹ entry {1 / weight:.4g}" if weight else "left out of the spline"
+        self.weight_slider.setToolTip(f"{names}: {inverse}")
+        mixed = "" if len(set(weights.values())) == 1 else " (others differ)"
+        self._weight_value.setText(format_weight(weight) + mixed)
 
     def _show_selected_rows(self) -> None:
         chosen = set(self._selection.ids)

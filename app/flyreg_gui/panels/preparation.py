@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, Literal
 
-from flyreg_core.pipeline import PreparedBrain, Results
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QDoubleValidator
 from PySide6.QtWidgets import (
@@ -21,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from flyreg_core.landmarks import LandmarkParameters
+from flyreg_core.pipeline import PreparedBrain, Results
 from flyreg_core.project import Brain, Project
 from flyreg_gui.session import Session
 
@@ -39,7 +39,7 @@ class OptionalNumber(QLineEdit):
         super().__init__()
         self.setValidator(QDoubleValidator(self))
         self.setAccessibleName(name)
-        self.setMinimumWidth(64)
+        self.setMinimumWidth(56)
 
     def value(self) -> float | None:
         """Return the number; None if the field is empty."""
@@ -51,8 +51,8 @@ class OptionalNumber(QLineEdit):
         self.setText("" if value is None else f"{value:g}")
 
     def show_found(self, value: float | None) -> None:
-        """Say what the program found."""
-        self.setPlaceholderText("auto" if value is None else f"auto: {value:.0f}")
+        """Say in grey what the program found."""
+        self.setPlaceholderText("auto" if value is None else f"{value:.0f}")
 
 
 class BrainFields:
@@ -94,8 +94,14 @@ class BrainFields:
 
 
 LABELS = (
-    ("Trim right, µm", "Where the optic lobe on the animal's right is cut off; empty: at its neck"),
-    ("Trim left, µm", "Where the optic lobe on the animal's left is cut off; empty: at its neck"),
+    (
+        "Trim right, µm",
+        "Where the optic lobe on the animal's right is cut off; grey: at its neck, found by the program",
+    ),
+    (
+        "Trim left, µm",
+        "Where the optic lobe on the animal's left is cut off; grey: at its neck, found by the program",
+    ),
     ("Cut shift, µm", "How far behind the automatic place the halves are divided"),
     ("Voxels across", "How finely the brain is cut into voxels, from dorsal to ventral"),
     ("Smoothing passes", "How often the surface is averaged before it is divided"),
@@ -222,7 +228,7 @@ def _spin_box(name: str, low: int, high: int) -> QSpinBox:
     box = QSpinBox()
     box.setRange(low, high)
     box.setAccessibleName(name)
-    box.setMinimumWidth(64)
+    box.setMinimumWidth(56)
     return box
 
 

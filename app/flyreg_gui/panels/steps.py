@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
     QSizePolicy,
+    QStyle,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -56,7 +57,7 @@ class StepCard(QFrame):
 
     def add(self, widget: QWidget) -> None:
         """Put something below the numbers."""
-        self._grid.addWidget(widget, self._grid.rowCount(), 1, 1, 2)
+        self._grid.addWidget(widget, self._grid.rowCount(), 0, 1, 3)
 
     def add_row(self, *buttons: QPushButton | QToolButton) -> None:
         """Put buttons below the numbers."""
@@ -168,6 +169,7 @@ class StepsPanel(QWidget):
         self.open_button = QPushButton("Open…")
         self.export_button, self.save_button = QPushButton("Export mesh…"), QPushButton("Save…")
         self._arrange()
+        self._theme = current_theme()
         self._connect()
         self._on_toggled(False)
         self._show()
@@ -194,7 +196,10 @@ class StepsPanel(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(scroll, 1)
         layout.addWidget(self.work)
-        self.setMinimumWidth(270)
+        self.setMinimumWidth(content.minimumSizeHint().width() + self._bar_width())
+
+    def _bar_width(self) -> int:
+        return self.style().pixelMetric(QStyle.PixelMetric.PM_ScrollBarExtent)
 
     def _connect(self) -> None:
         session = self._session
@@ -209,6 +214,11 @@ class StepsPanel(QWidget):
         session.project_changed.connect(self._show)
         session.results_changed.connect(self._show)
 
+    def show_theme(self, theme: Theme) -> None:
+        """Take the colours of a theme."""
+        self._theme = theme
+        self._show()
+
     def _on_toggled(self, on: bool) -> None:
         self.form.setVisible(on)
         arrow = Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow
@@ -219,7 +229,7 @@ class StepsPanel(QWidget):
         self._show()
 
     def _show(self, *_news: object) -> None:
-        session, theme = self._session, current_theme()
+        session, theme = self._session, self._theme
         reason = session.failure.sentence if session.failure else ""
         for card, report in zip(self.cards, report_steps(session), strict=True):
             card.show_report(report, reason, theme)

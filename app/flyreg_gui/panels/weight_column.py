@@ -27,8 +27,8 @@ from flyreg_gui.sliders import WEIGHT_SCALE
 
 Index = QModelIndex | QPersistentModelIndex
 
-WEIGHT_WIDTH = 138
-NUMBER_WIDTH = 44
+WEIGHT_WIDTH = 118
+NUMBER_WIDTH = 36
 INSET = 9
 GROOVE, HANDLE = 3.0, 5.0
 
@@ -104,8 +104,10 @@ def _paint_slider(
     handle = palette.color(
         QPalette.ColorRole.HighlightedText if selected else QPalette.ColorRole.Highlight
     )
-    line = palette.color(QPalette.ColorRole.HighlightedText if selected else QPalette.ColorRole.Mid)
-    line.setAlphaF(0.5 if selected else 1.0)
+    line = palette.color(
+        QPalette.ColorRole.HighlightedText if selected else QPalette.ColorRole.Text
+    )
+    line.setAlphaF(0.5 if selected else 0.25)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(line)
     painter.drawRoundedRect(groove, GROOVE / 2, GROOVE / 2)
@@ -148,6 +150,7 @@ class LandmarkTableView(QTableView):
         """Give each column the room it needs; the sliders take the rest."""
         header = self.horizontalHeader()
         header.setHighlightSections(False)
+        header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         header.setMinimumSectionSize(48)
         for column in (Column.PLACE, Column.RESIDUAL):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)

@@ -12,9 +12,10 @@ from pyvista import BasePlotter
 from scipy import sparse
 from vtkmodules.vtkRenderingCore import (
     vtkActor,
-    vtkBillboardTextActor3D,
+    vtkCoordinate,
     vtkGlyph3DMapper,
     vtkPolyDataMapper,
+    vtkTextActor,
 )
 
 from flyreg_core.mesh import Integers
@@ -24,7 +25,7 @@ Floats = NDArray[np.float64]
 Colors = NDArray[np.uint8]
 
 SPHERE_RESOLUTION = 14
-LABEL_OFFSET = (8, 6)
+LABEL_OFFSET = (9, 5)
 """Where a label stands relative to its point, in pixels."""
 
 
@@ -203,11 +204,11 @@ class LineLayer:
 
 
 class LabelLayer:
-    """A few short texts, each beside its point, always in front and upright."""
+    """A few short texts, each beside its point and in front of everything."""
 
     def __init__(self, plotter: BasePlotter, size: int = 12, *, centered: bool = False) -> None:
         self._plotter, self._size, self._centered = plotter, size, centered
-        self._actors: list[vtkBillboardTextActor3D] = []
+        self._actors: list[vtkTextActor] = []
         self._scale = 1.0
         self._color: Color = (0, 0, 0)
         self._background: Color = (255, 255, 255)
@@ -221,8 +222,12 @@ class LabelLayer:
     def show(self, points: Floats, texts: Sequence[str]) -> None:
         """Write one text beside each of the (n, 3) points."""
         while len(self._actors) < len(texts):
-            actor = vtkBillboardTextActor3D()
+            actor = vtkTextActor()
             actor.PickableOff()
+            place = vtkCoordinate()
+            place.SetCoordinateSystemToWorld()
+            actor.GetPositionCoordinate().SetCoordinateSystemToViewport()
+            actor.GetPositionCoordinate().SetReferenceCoordinate(place)
             self._style(actor)
             self._plotter.renderer.AddActor(actor)
             self._actors.append(actor)
@@ -230,11 +235,9 @@ class LabelLayer:
             actor.SetVisibility(i < len(texts))
             if i < len(texts):
                 actor.SetInput(texts[i])
-                actor.SetPosition(*points[i])
+                actor.GetPositionCoordinate().GetReferenceCoordinate().SetValue(*points[i])
 
-    def _style(self, actor: vtkBillboardTextActor3D) -> None:
-        if not self._centered:
-            actor.SetDisplayOffset(*(round(self._scale * offset) for offset in LABEL_OFFSET))
+    def _style(self, actor: vtkTextActor) -> None:
         style = actor.GetTextProperty()
         style.SetFontSize(round(self._scale * self._size))
         style.SetColor(*unit(self._color))
@@ -242,8 +245,11 @@ class LabelLayer:
             style.SetJustificationToCentered()
             style.SetVerticalJustificationToCentered()
         else:
+            offset = [self._scale * pixels for pixels in LABEL_OFFSET]
+            actor.GetPositionCoordinate().SetValue(*offset, 0)
+            style.SetVerticalJustificationToBottom()
             style.SetBackgroundColor(*unit(self._background))
-            style.SetBackgroundOpacity(0.75)
+            style.SetBackgroundOpacity(0.7)
 
 
 def _put(array: Any, values: Floats | NDArray[np.float32] | Colors) -> None:

@@ -14,7 +14,7 @@ from flyreg_gui.views.layers import LabelLayer, MarkerLayer, SurfaceLayer
 from flyreg_gui.views.markers import MarkerStyle
 from flyreg_gui.views.picking import SurfacePicker, nearest_marker
 
-MARKER_RADIUS = 0.009
+MARKER_RADIUS = 0.011
 """Radius of a landmark of weight 1, as a share of the brain's diagonal."""
 OVERLAY_STEPS = 4.0
 

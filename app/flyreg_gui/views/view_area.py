@@ -6,16 +6,17 @@ from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
-from flyreg_core.pipeline import PreparedBrain, Results
 from numpy.typing import ArrayLike
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtWidgets import QSplitter, QVBoxLayout, QWidget
 
 from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats
+from flyreg_core.pipeline import PreparedBrain, Results
 from flyreg_gui.landmark_mode import LandmarkMode
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
+from flyreg_gui.steps import short_name
 from flyreg_gui.theme import SOURCE, TARGET, Color, Theme
 from flyreg_gui.views.camera import CameraLink, ViewSpace
 from flyreg_gui.views.canvas import Canvas, FlatCanvas
@@ -105,6 +106,8 @@ class ViewArea(QWidget):
     def show_theme(self, theme: Theme) -> None:
         """Take the colours of a theme."""
         self._theme = theme
+        for frame in self.frames:
+            frame.show_theme(theme)
         for view in self.views:
             view.show_theme(theme)
         self._show_landmarks()
@@ -167,10 +170,11 @@ class ViewArea(QWidget):
         self.registered.show_overlay(other.vertices, other.faces, target.colors)
         for view in self.flat_views:
             view.show(results, source.colors, target.colors)
-        self.frames[0].title.set_detail(results.project.source.input.name)
-        self.frames[1].title.set_detail(results.project.target.input.name)
+        inputs = (results.project.source.input, results.project.target.input)
+        for frame, brain in zip(self.frames, inputs, strict=False):
+            frame.title.set_detail(short_name(brain), brain.path)
         for frame in self.frames[3:]:
-            frame.title.set_detail("warped source over target, seen from outside")
+            frame.title.set_detail("moved source over target, seen from outside")
 
     def _look(self, role: Role, brain: PreparedBrain, color: Color) -> _Look:
         known = self._looks.get(role)

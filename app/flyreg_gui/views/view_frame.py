@@ -3,11 +3,34 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QMouseEvent
+from PySide6.QtGui import QMouseEvent, QResizeEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout
 
-from flyreg_gui.theme import Color, css
+from flyreg_gui.theme import Color, Theme, css
 from flyreg_gui.views.canvas import Canvas
+
+
+class ElidedLabel(QLabel):
+    """A text that takes what room there is and says by "…" that there is more."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._full = ""
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+
+    def set_text(self, text: str) -> None:
+        """Show another text."""
+        self._full = text
+        self._elide()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show as much as there is room for now."""
+        super().resizeEvent(event)
+        self._elide()
+
+    def _elide(self) -> None:
+        metrics = self.fontMetrics()
+        self.setText(metrics.elidedText(self._full, Qt.TextElideMode.ElideRight, self.width()))
 
 
 class TitleBar(QFrame):
@@ -17,9 +40,7 @@ class TitleBar(QFrame):
 
     def __init__(self, title: str, color: Color | None) -> None:
         super().__init__()
-        self._title, self._detail = QLabel(f"<b>{title}</b>"), QLabel()
-        self._detail.setEnabled(False)
-        self._detail.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self._title, self._detail = QLabel(f"<b>{title}</b>"), ElidedLabel()
         self.button = QToolButton()
         self.button.setText("⤢")
         self.button.setAutoRaise(True)
@@ -38,10 +59,14 @@ class TitleBar(QFrame):
         layout.addWidget(self.button)
         self.button.clicked.connect(self.double_clicked)
 
-    def set_detail(self, text: str) -> None:
+    def show_theme(self, theme: Theme) -> None:
+        """Take the colours of a theme."""
+        self._detail.setStyleSheet(f"color: {css(theme.faint)};")
+
+    def set_detail(self, text: str, tip: str = "") -> None:
         """Say what is on show, beside the title; cut off where there is no room."""
-        self._detail.setText(text)
-        self._detail.setToolTip(text)
+        self._detail.set_text(text)
+        self._detail.setToolTip(tip or text)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Ask for the whole area."""
@@ -65,7 +90,6 @@ class ViewFrame(QFrame):
         self._note = QLabel(note, self)
         self._note.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._note.setWordWrap(True)
-        self._note.setEnabled(False)
         self._note.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -74,6 +98,11 @@ class ViewFrame(QFrame):
         layout.addWidget(self.canvas, 1)
         self.title.double_clicked.connect(self.maximise_asked)
         self.canvas.resized.connect(self._place_note)
+
+    def show_theme(self, theme: Theme) -> None:
+        """Take the colours of a theme; the canvas takes its own."""
+        self.title.show_theme(theme)
+        self._note.setStyleSheet(f"color: {css(theme.faint)};")
 
     def set_empty(self, empty: bool) -> None:
         """Show or hide the note."""
