@@ -1,0 +1,82 @@
+"""Brains taken through the stages one by one, without what the engine remembers between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flyreg_core import progress
+from flyreg_core.boundary import find_curves
+from flyreg_core.caps import find_caps
+from flyreg_core.correspondence import FlatBrain, boundary_pairs, place_landmarks
+from flyreg_core.cut import CutParameters, dissect
+from flyreg_core.flatten import FlattenParameters
+from flyreg_core.halves import lay_flat
+from flyreg_core.landmarks import HALVES, LandmarkPair, LandmarkParameters
+from flyreg_core.lift import Registration, build_locators, register
+from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.smooth import SmoothParameters, smooth
+from flyreg_core.solid import SolidParameters, VoxelSolid, voxelize
+from flyreg_core.thin_plate_spline import fit_thin_plate_spline, kernel
+from flyreg_core.torus import Torus, make_torus
+from flyreg_core.trim import TrimParameters
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedBrain:
+    """A brain and what each stage made of it."""
+
+    original: SurfaceMesh
+    solid: VoxelSolid
+    torus: Torus
+    smoothed: Floats
+    flat: FlatBrain
+
+    @property
+    def surface(self) -> SurfaceMesh:
+        """The main brain with its cuts drawn."""
+        return self.flat.dissection.surface
+
+
+def prepare(
+    original: SurfaceMesh, voxels_across: int = SolidParameters().voxels_across
+) -> PreparedBrain:
+    """Take a surface through the stages up to the flat halves."""
+    solid = voxelize(original, SolidParameters(voxels_across), progress.ignore)
+    torus = make_torus(original, solid, TrimParameters(), progress.ignore)
+    smoothed = smooth(
+        torus.surface.vertices, torus.surface.faces, SmoothParameters(), progress.ignore
+    )
+    dissection = dissect(torus, torus.surface, smoothed, CutParameters())
+    curves = find_curves(dissection, torus.frame)
+    halves = {
+        half: lay_flat(dissection, curves, half, FlattenParameters(), progress.ignore)
+        for half in HALVES
+    }
+    flat = FlatBrain(dissection, torus.frame, curves, halves)
+    return PreparedBrain(original, solid, torus, smoothed, flat)
+
+
+def register_pair(
+    source: PreparedBrain,
+    target: PreparedBrain,
+    parameters: LandmarkParameters,
+    smoothing: float = 1e-3,
+    pairs: tuple[LandmarkPair, ...] = (),
+) -> Registration:
+    """Register one prepared brain to another by its boundary pairs and the given ones."""
+    pairs = boundary_pairs(source.flat, target.flat, parameters) + pairs
+    landmarks = place_landmarks(source.flat, target.flat, pairs)
+    splines, kernels = {}, {}
+    for half in HALVES:
+        acting = [mark for mark in landmarks if half in mark.plane]
+        ends = np.array([mark.plane[half] for mark in acting])
+        weights = np.array([mark.pair.weight for mark in acting])
+        splines[half] = fit_thin_plate_spline(ends[:, 0], ends[:, 1], weights, smoothing)
+        kernels[half] = kernel(source.flat.halves[half].plane, splines[half].centers)
+    caps = find_caps(source.flat.dissection, source.flat.curves)
+    locators = build_locators(target.flat)
+    return register(
+        source.flat, caps, target.flat, locators, splines, kernels, landmarks, progress.ignore
+    )

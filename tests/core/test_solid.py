@@ -1,0 +1,194 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from flyreg_core.errors import Cancelled, MeshError
+from flyreg_core.mesh import SurfaceMesh
+from flyreg_core.progress import ignore
+from flyreg_core.solid import (
+    SolidParameters,
+    VoxelSolid,
+    close_cracks,
+    kuhn_structure,
+    largest_component,
+    voxelize,
+)
+from flyreg_core.topology import euler_characteristic
+from tests.shapes import box, inside_out, sphere, together
+
+SEEDS = st.integers(0, 2**32 - 1)
+SIZE = np.array([60.0, 30.0, 15.0])
+RAW = SolidParameters(voxels_across=20, closing=0.0)
+
+
+def centres(solid):
+    return solid.positions(tuple(np.indices(solid.inside.shape)))
+
+
+def stretched(shape, factors=(3.0, 2.0, 1.0)):
+    return shape[0] * factors, shape[1]
+
+
+def assert_inside_box(solid, size):
+    """Inside where the centre is in the box; on its faces either will do."""
+    away = (np.abs(centres(solid)) - size / 2).max(axis=-1)
+    clear = np.abs(away) > 1e-6
+    assert clear.mean() > 0.5
+    assert np.array_equal(solid.inside[clear], (away < 0)[clear])
+
+
+def random_voxels(seed, share=0.5, shape=(9, 8, 7)):
+    return np.pad(np.random.default_rng(seed).uniform(size=shape) < share, 1)
+
+
+def test_voxels_are_neighbours_where_one_is_beyond_the_other_on_every_axis_or_none():
+    structure = kuhn_structure()
+    for step in np.ndindex(3, 3, 3):
+        offset = np.array(step) - 1
+        assert structure[step] == ((offset >= 0).all() or (offset <= 0).all())
+
+
+def test_the_neighbours_of_a_voxel_form_a_sphere():
+    structure = kuhn_structure()
+    around = [np.array(s) - 1 for s in np.argwhere(structure).tolist() if s != [1, 1, 1]]
+
+    def adjacent(i, j):
+        step = around[i] - around[j] + 1
+        return (0 <= step).all() and (step <= 2).all() and structure[tuple(step)]
+
+    faces = [
+        (i, j, k)
+        for i in range(14)
+        for j in range(i)
+        for k in range(j)
+        if adjacent(i, j) and adjacent(j, k) and adjacent(i, k)
+    ]
+    assert len(around) == 14
+    assert euler_characteristic(np.array(faces)) == 2
+
+
+def test_a_voxel_of_a_box_is_inside_where_its_centre_is():
+    solid = voxelize(SurfaceMesh(*box(tuple(SIZE))), RAW, ignore)
+    assert_inside_box(solid, SIZE)
+
+
+def test_a_voxel_of_an_ellipsoid_is_inside_where_its_centre_is():
+    solid = voxelize(SurfaceMesh(*stretched(sphere(10.0, rounds=5))), RAW, ignore)
+    radius = np.linalg.norm(centres(solid) / [3, 2, 1], axis=-1)
+    clear = np.abs(radius - 10) > 0.02
+    assert clear.mean() > 0.95
+    assert np.array_equal(solid.inside[clear], (radius < 10)[clear])
+
+
+def test_the_brain_is_as_many_voxels_high_as_asked_for():
+    solid = voxelize(SurfaceMesh(*box(tuple(SIZE))), SolidParameters(voxels_across=24), ignore)
+    assert solid.pitch == pytest.approx(30 / 24)
+    assert 23 <= solid.inside.any(axis=(0, 2)).sum() <= 25
+
+
+def test_the_outermost_layer_is_outside():
+    solid = voxelize(
+        SurfaceMesh(*stretched(sphere(10.0))), SolidParameters(voxels_across=17), ignore
+    )
+    within = np.zeros_like(solid.inside)
+    within[1:-1, 1:-1, 1:-1] = True
+    assert solid.inside.any()
+    assert not solid.inside[~within].any()
+
+
+def test_a_missing_face_hardly_changes_the_solid():
+    whole = SurfaceMesh(*stretched(sphere(10.0, rounds=4)))
+    torn = SurfaceMesh(whole.vertices, whole.faces[1:])
+    one, other = (voxelize(mesh, RAW, ignore).inside for mesh in (whole, torn))
+    assert (one != other).sum() <= 0.001 * one.sum()
+
+
+def test_surfaces_that_cross_enclose_their_union():
+    left, right = box((40.0, 30.0, 15.0), (-10, 0, 0)), box((40.0, 30.0, 15.0), (10, 0, 0))
+    solid = voxelize(SurfaceMesh(*together(left, right)), RAW, ignore)
+    assert_inside_box(solid, SIZE)
+
+
+def test_a_speck_beside_the_brain_is_left_out():
+    with_speck = together(box(tuple(SIZE)), box((4.0, 4.0, 4.0), (40, 0, 0)))
+    assert_inside_box(voxelize(SurfaceMesh(*with_speck), RAW, ignore), SIZE)
+
+
+def test_a_surface_turned_inside_out_encloses_nothing():
+    with pytest.raises(MeshError, match="the surface encloses nothing: it has no inside at this"):
+        voxelize(SurfaceMesh(*inside_out(box(tuple(SIZE)))), RAW, ignore)
+
+
+def test_finding_the_inside_can_be_cancelled():
+    def cancel(fraction, text):
+        raise Cancelled
+
+    with pytest.raises(Cancelled):
+        voxelize(SurfaceMesh(*box(tuple(SIZE))), RAW, cancel)
+
+
+def test_positions_and_coordinates_agree():
+    solid = VoxelSolid(np.ones((2, 3, 4), dtype=bool), np.array([10.0, 20.0, 30.0]), 0.5)
+    assert solid.positions(tuple(np.array([[1], [2], [3]]))).tolist() == [[10.5, 21.0, 31.5]]
+    assert solid.coordinates(1).tolist() == [20.0, 20.5, 21.0]
+
+
+@given(seed=SEEDS, radius=st.sampled_from([0.0, 1.0, 1.5, 2.0, 3.0]))
+@settings(max_examples=25)
+def test_closing_agrees_with_another_library(seed, radius):
+    inside = random_voxels(seed, 0.1)
+    reach = int(radius)
+    ball = np.linalg.norm(np.indices((2 * reach + 1,) * 3) - reach, axis=0) <= radius
+    expected = ndimage.binary_closing(np.pad(inside, 5), ball)[(slice(5, -5),) * 3]
+    assert np.array_equal(close_cracks(inside, radius), expected)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize(
+    ("width", "radius", "closed"), [(1, 0, 0), (2, 1, 1), (3, 1, 0), (4, 2, 1)]
+)
+def test_cracks_up_to_twice_as_wide_as_the_radius_are_closed(axis, width, radius, closed):
+    inside = np.zeros((24, 24, 24), dtype=bool)
+    inside[4:-4, 4:-4, 4:-4] = True
+    crack = [slice(10, 14)] * 3
+    crack[axis] = slice(10, 10 + width)
+    crack[(axis + 1) % 3] = slice(None)
+    inside[tuple(crack)] = False
+    assert close_cracks(inside, radius)[12, 12, 12] if closed else True
+    middle = [12, 12, 12]
+    middle[axis] = 10 + width // 2
+    assert close_cracks(inside, radius)[tuple(middle)] == bool(closed)
+
+
+@pytest.mark.parametrize(("step", "joined"), [((1, 1, 0), 1), ((1, 1, 1), 1), ((1, -1, 0), 0)])
+def test_voxels_that_touch_across_a_diagonal_are_one_piece_only_if_they_are_neighbours(
+    step, joined
+):
+    inside = np.zeros((5, 5, 5), dtype=bool)
+    inside[2, 2, 2] = inside[tuple(np.array([2, 2, 2]) + step)] = True
+    assert largest_component(inside).sum() == 1 + joined
+
+
+@given(seed=SEEDS, share=st.floats(0.2, 0.9))
+def test_the_largest_component_is_one_piece_around_one_outside(seed, share):
+    inside = random_voxels(seed, share)
+    result = largest_component(inside)
+    assert ndimage.label(result, kuhn_structure())[1] == 1
+    assert ndimage.label(~result, kuhn_structure())[1] == 1
+    labels, count = ndimage.label(inside, kuhn_structure())
+    largest = max(int((labels == k).sum()) for k in range(1, count + 1))
+    assert (result & inside).sum() >= largest
+
+
+def test_cavities_are_filled():
+    inside = np.zeros((7, 7, 7), dtype=bool)
+    inside[1:-1, 1:-1, 1:-1] = True
+    inside[3, 3, 3] = False
+    assert largest_component(inside).sum() == 125
+
+
+def test_a_solid_of_nothing_has_no_component():
+    with pytest.raises(MeshError, match="the surface encloses nothing"):
+        largest_component(np.zeros((4, 4, 4), dtype=bool))
