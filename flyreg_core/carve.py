@@ -224,7 +224,7 @@ def _find_membranes(
     steps = NEIGHBOURS @ np.array(inside.strides, dtype=np.int64)
     labels, count = ndimage.label(inside & ~fixed, kuhn_structure())
     flat = np.flatnonzero(labels)
-    pierceable = np.array([is_ring[_link(inside.reshape(-1), voxel, steps)] for voxel in flat])
+    pierceable = np.array([is_ring[_link(inside.reshape(-1), int(voxel), steps)] for voxel in flat])
     widest: dict[int, int] = {}
     for voxel in flat[pierceable] if count else ():
         membrane = int(labels.flat[voxel])

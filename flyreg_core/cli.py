@@ -11,7 +11,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from flyreg_core.errors import FlyregError
 
@@ -371,10 +371,10 @@ def _print(facts: object, as_json: bool) -> None:
         print("\n".join(_lines(facts)))
 
 
-def _lines(facts: object, indent: str = "") -> list[str]:
+def _lines(facts: Any, indent: str = "") -> list[str]:
     """Return facts as indented lines for people."""
     lines = []
-    for key, value in facts.items() if isinstance(facts, dict) else enumerate(facts, 1):  # type: ignore[call-overload]
+    for key, value in facts.items() if isinstance(facts, dict) else enumerate(facts, 1):
         if isinstance(value, (dict, list, tuple)) and value and not _is_flat(value):
             lines += [f"{indent}{key}:", *_lines(value, indent + "  ")]
         else:

@@ -88,7 +88,7 @@ def place_pair(project: Project, identifier: str, role: Role, place: Place) -> P
 
 def set_brain(project: Project, role: Role, brain: Brain) -> Project:
     """Change how one brain is prepared, or which brain it is."""
-    return replace(project, **{role: brain})
+    return replace(project, source=brain) if role == "source" else replace(project, target=brain)
 
 
 def _replace_pair(project: Project, identifier: str, **changes: object) -> Project:

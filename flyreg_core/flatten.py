@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.csgraph import breadth_first_order, dijkstra
 from scipy.sparse.linalg import splu
 
 from flyreg_core.errors import MeshError
@@ -122,8 +122,7 @@ def solve_means(
     rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
     both = np.concatenate([weights, weights])
     adjacency = sparse.coo_array((both, (rows, columns)), (n, n)).tocsr()
-    degree = sparse.dia_array((np.bincount(rows, both, n)[None], [0]), shape=(n, n))
-    laplacian = (degree - adjacency).tocsr()
+    laplacian = (sparse.diags_array(np.bincount(rows, both, n)) - adjacency).tocsr()
     charge = np.bincount(i, weights * jumps, n) - np.bincount(j, weights * jumps, n)
     free, fixed = np.flatnonzero(~is_fixed[vertices]), np.flatnonzero(is_fixed[vertices])
     right = np.stack([charge[free], np.zeros(len(free))], axis=1)
@@ -170,11 +169,8 @@ def _path_of_half_edges(ring: Ring) -> Integers:
         np.isin(directed, loop).all(axis=1) & (twin < 0) for loop in (ring.hole, ring.outer)
     )
     start = int(face[np.flatnonzero(on_hole)[0]])
-    distance, before = dijkstra(
-        dual.tocsr(), indices=start, unweighted=True, return_predecessors=True
-    )
-    ends = face[on_outer]
-    last = int(ends[distance[ends].argmin()])
+    order_reached, before = breadth_first_order(dual.tocsr(), start, directed=False)
+    last = int(order_reached[np.isin(order_reached, face[on_outer])][0])
     half_edge_between = {(int(face[h]), int(face[twin[h]])): h for h in inner}
     first_edge = np.flatnonzero(on_hole & (face == start))[0]
     path = [directed[np.flatnonzero(on_outer & (face == last))[0]]]

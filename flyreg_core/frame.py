@@ -26,12 +26,12 @@ class BrainFrame:
     @property
     def anterior(self) -> Floats:
         """Unit vector that points out of the front of the brain."""
-        return -np.eye(3)[self.antero_posterior]
+        return np.asarray(-np.eye(3)[self.antero_posterior])
 
     @property
     def dorsal(self) -> Floats:
         """Unit vector that points out of the top of the brain."""
-        return -np.eye(3)[self.dorso_ventral]
+        return np.asarray(-np.eye(3)[self.dorso_ventral])
 
 
 def find_frame(points: Floats) -> BrainFrame:

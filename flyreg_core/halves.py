@@ -102,4 +102,4 @@ def along_outer(half: HalfName, values: Mapping[CurveKey, NDArray[T]]) -> NDArra
 
 def _vertex_areas(surface: SurfaceMesh) -> Floats:
     area = np.repeat(surface.face_areas / 3, 3)
-    return np.bincount(surface.faces.reshape(-1), area, len(surface.vertices))
+    return np.asarray(np.bincount(surface.faces.reshape(-1), area, len(surface.vertices)), float)

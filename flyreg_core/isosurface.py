@@ -14,7 +14,7 @@ CLOSEST_TO_CORNER = 0.1
 
 
 @cache
-def _tetrahedra() -> tuple[tuple[tuple[int, int, int], ...], ...]:
+def _tetrahedra() -> tuple[tuple[tuple[int, ...], ...], ...]:
     """Return the corners of the 6 tetrahedra of a cube, paths from one corner to the opposite."""
     tetrahedra = []
     for order in permutations(range(3)):
@@ -24,7 +24,7 @@ def _tetrahedra() -> tuple[tuple[tuple[int, int, int], ...], ...]:
             corner[axis] = 1
             path.append(tuple(corner))
         tetrahedra.append(tuple(path))
-    return tuple(tetrahedra)  # type: ignore[return-value]
+    return tuple(tetrahedra)
 
 
 def _cut_tetrahedron(corners: np.ndarray, case: int) -> list[list[tuple[int, int]]]:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from flyreg_core.boundary import CurveKey
+from flyreg_core.boundary_map import map_boundaries, seam_gaps
 from flyreg_core.caps import Cap, cap_grid, carry_cap, find_caps, lay_cap_flat, rim_circle
 from flyreg_core.correspondence import FlatBrain, PlacedLandmark
-from flyreg_core.boundary_map import map_boundaries, seam_gaps
 from flyreg_core.halves import FlatHalf, along_outer
 from flyreg_core.landmarks import HALVES, HalfName
 from flyreg_core.locate import TriangleGrid, find_triangles, strip_grid
@@ -108,11 +108,11 @@ def register(
         )
     flipped_on_caps = 0
     for cap, target_cap, grid in zip(source_caps, locators.caps, locators.cap_grids, strict=True):
-        carried, flat = carry_cap(
+        carried, flat_cap = carry_cap(
             cap, source.curves, mapped, target_cap, target.curves, grid, points
         )
         vertices[cap.vertex_of] = carried
-        flipped_on_caps += int((orientations(flat[cap.faces]) <= 0).sum())
+        flipped_on_caps += int((orientations(flat_cap[cap.faces]) <= 0).sum())
     for key, curve in source.curves.items():
         vertices[curve.vertices] = target.curves[key].at(mapped[key])
     surface = SurfaceMesh(vertices, source.dissection.surface.faces)
@@ -125,7 +125,7 @@ def lift(uv: Floats, target: FlatHalf, grid: TriangleGrid, points: Floats) -> Fl
     inside = np.stack([np.mod(uv[:, 0], 1.0), uv[:, 1]], axis=1)
     face, barycentric = find_triangles(grid, inside)
     corners = points[target.vertex_of[target.faces[face]]]
-    return np.einsum("ij,ijk->ik", barycentric, corners)
+    return np.asarray(np.einsum("ij,ijk->ik", barycentric, corners))
 
 
 def _warp_half(
@@ -137,7 +137,10 @@ def _warp_half(
     """Return a half after the spline on the target's strip, its boundary on the target's curves."""
     start, beta = source.flat.uv[:, 0], warped[1].copy()
     u = start + wrapped(warped[0] - start)
-    goals = {key: u_of_perimeter(source.name, perimeter_share(key[0], share)) for key, share in mapped.items()}
+    goals = {
+        key: u_of_perimeter(source.name, perimeter_share(key[0], share))
+        for key, share in mapped.items()
+    }
     boundaries = (
         (source.outer, along_outer(source.name, goals), 1.0, source.beta),
         (source.hole, goals["hole", None][:-1], 0.0, 1 - source.beta),

@@ -31,12 +31,12 @@ class SurfaceMesh:
     def face_normals(self) -> Floats:
         """(m, 3) normals of length twice the face area."""
         a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
-        return np.cross(b - a, c - a)
+        return np.asarray(np.cross(b - a, c - a))
 
     @cached_property
     def face_areas(self) -> Floats:
         """(m,) areas, square micrometres."""
-        return np.linalg.norm(self.face_normals, axis=1) / 2
+        return np.asarray(np.linalg.norm(self.face_normals, axis=1) / 2)
 
     @cached_property
     def vertex_normals(self) -> Floats:
@@ -45,7 +45,7 @@ class SurfaceMesh:
         for corner in range(3):
             np.add.at(total, self.faces[:, corner], self.face_normals)
         length = np.linalg.norm(total, axis=1, keepdims=True)
-        return np.divide(total, length, out=np.zeros_like(total), where=length > 0)
+        return np.asarray(np.divide(total, length, out=np.zeros_like(total), where=length > 0))
 
     @property
     def diagonal(self) -> float:

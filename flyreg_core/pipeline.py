@@ -20,8 +20,8 @@ from flyreg_core.correspondence import (
     with_decisions,
 )
 from flyreg_core.cut import CutParameters, Dissection, dissect
-from flyreg_core.frame import BrainFrame
 from flyreg_core.flatten import FlattenParameters
+from flyreg_core.frame import BrainFrame
 from flyreg_core.halves import FlatHalf, lay_flat
 from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair, LandmarkParameters
 from flyreg_core.lift import Registration, build_locators, register
@@ -94,6 +94,7 @@ class Memo(Generic[T]):
         self._remembered: list[tuple[tuple[object, ...], T]] = []
 
     def __call__(self, *arguments: object, report: Report) -> T:
+        """Return the stage's result for these arguments, computed or remembered."""
         for known, result in self._remembered:
             if known == arguments:
                 return result
@@ -194,7 +195,11 @@ def _smooth(surface: SurfaceMesh, parameters: SmoothParameters, report: Report) 
 
 
 def _cut(
-    torus: Torus, surface: SurfaceMesh, smoothed: _Smoothed, parameters: CutParameters, report: Report
+    torus: Torus,
+    surface: SurfaceMesh,
+    smoothed: _Smoothed,
+    parameters: CutParameters,
+    report: Report,
 ) -> Dissection:
     report(0.0, "cutting the brain into halves")
     return dissect(torus, surface, smoothed.vertices, parameters)
@@ -297,7 +302,9 @@ def _warnings(
                 f"taken for the oesophagus ({brain.torus.oesophagus.width_um:.0f} um)"
             )
     warnings += [
-        f"landmark {pair.name} has only one end and is not used" for pair in pairs if not pair.is_placed
+        f"landmark {pair.name} has only one end and is not used"
+        for pair in pairs
+        if not pair.is_placed
     ]
     warnings += [
         f"landmark {mark.pair.name} lies on different halves, or beyond a trim plane, and is not used"

@@ -50,7 +50,9 @@ def read_points(path: Path) -> PointTable:
         if len(line) != len(columns):
             raise InputError(f"{path}, row {number}: {len(line)} values for {len(columns)} columns")
         for axis, place in enumerate(places):
-            points[number - 1, axis] = _number(line[place], f"{path}, row {number}, column {AXES[axis]}")
+            points[number - 1, axis] = _number(
+                line[place], f"{path}, row {number}, column {AXES[axis]}"
+            )
     return PointTable(columns, tuple(tuple(line) for line in lines[1:]), points)
 
 

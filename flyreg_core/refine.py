@@ -110,7 +110,7 @@ def _turned(rows: Integers, first: Integers, step: int) -> Integers:
 def chords(faces: Integers, on_boundary: Booleans) -> Integers:
     """Return the interior edges of one piece whose ends both lie on its boundary."""
     edges, counts = unique_edges(faces)
-    return edges[(counts == 2) & on_boundary[edges].all(axis=1)]
+    return np.asarray(edges[(counts == 2) & on_boundary[edges].all(axis=1)])
 
 
 def keep_largest_regions(faces: Integers, values: Floats) -> Floats:
@@ -120,8 +120,8 @@ def keep_largest_regions(faces: Integers, values: Floats) -> Floats:
     negative ones, then the positive ones.
     """
     result = values.copy()
-    for is_inside in (lambda v: v < 0, lambda v: v >= 0):
-        chosen = is_inside(result)
+    for negative in (True, False):
+        chosen = (result < 0) == negative
         component = component_of_vertex(faces, len(values), chosen)
         sizes = np.bincount(component[chosen], minlength=component.max() + 1)
         islands = chosen & (component != sizes.argmax())

@@ -17,10 +17,10 @@ from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import orientations
 from flyreg_core.pipeline import PreparedBrain, Results
+from flyreg_core.progress import Report
 from flyreg_core.project import BrainInput
 from flyreg_core.surface_distance import Distances, DistanceSummary, distances_to_surface
 from flyreg_core.torus import Torus
-from flyreg_core.progress import Report
 
 LIBRARIES = ("flyreg", "numpy", "scipy", "numba", "libigl", "manifold3d", "trimesh")
 INFLUENCE_WIDTH = 0.2

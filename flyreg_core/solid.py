@@ -77,7 +77,7 @@ def voxelize(mesh: SurfaceMesh, parameters: SolidParameters, report: Report) -> 
     pitch /= parameters.voxels_across
     origin = low - 2 * pitch
     shape = tuple(np.ceil((high - low) / pitch).astype(int) + 5)
-    grid = origin + pitch * np.stack(np.indices(shape), axis=-1).reshape(-1, 3)
+    grid = origin + pitch * np.moveaxis(np.indices(shape), 0, -1).reshape(-1, 3)
     bvh = igl.FastWindingNumberBVH()
     bvh.init(mesh.vertices, mesh.faces)
     winding_number = in_chunks(bvh.winding_number, grid, report, "finding the inside of the brain")

@@ -61,9 +61,9 @@ def distances_to_surface(points: Floats, surface: SurfaceMesh, report: Report) -
 
     def query(part: Floats) -> Floats:
         squared, _, _ = tree.squared_distance(surface.vertices, surface.faces, part)
-        return np.sqrt(squared)
+        return np.asarray(np.sqrt(squared))
 
-    return in_chunks(query, points, report, "measuring distances")
+    return np.asarray(in_chunks(query, points, report, "measuring distances"))
 
 
 def sample_surface(surface: SurfaceMesh, samples: int) -> Floats:
@@ -74,7 +74,7 @@ def sample_surface(surface: SurfaceMesh, samples: int) -> Floats:
     face = np.minimum(np.searchsorted(cumulative, position, side="right"), len(cumulative) - 1)
     root, along = np.sqrt(rng.uniform(size=samples)), rng.uniform(size=samples)
     barycentric = np.stack([1 - root, root * (1 - along), root * along], axis=1)
-    return np.einsum("ij,ijk->ik", barycentric, surface.vertices[surface.faces[face]])
+    return np.asarray(np.einsum("ij,ijk->ik", barycentric, surface.vertices[surface.faces[face]]))
 
 
 def _summary(start: SurfaceMesh, end: SurfaceMesh, samples: int, report: Report) -> DistanceSummary:

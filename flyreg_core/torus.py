@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 from scipy import ndimage
 
@@ -12,8 +11,9 @@ from flyreg_core.carve import Carving, Handle, carve
 from flyreg_core.frame import BrainFrame, find_frame
 from flyreg_core.isosurface import extract_surface
 from flyreg_core.mesh import Floats, SurfaceMesh
-from flyreg_core.progress import Report, in_chunks, within
+from flyreg_core.progress import Report, within
 from flyreg_core.solid import VoxelSolid, kuhn_structure
+from flyreg_core.surface_distance import distances_to_surface
 from flyreg_core.trim import TrimParameters, TrimPlanes, find_trim_planes, plane_depth, trim
 
 SMALLEST_DEPTH = 0.05
@@ -78,14 +78,7 @@ def _depth(
     near = ndimage.binary_dilation(inside, structure) & ~ndimage.binary_erosion(inside, structure)
     index = np.nonzero(near)
     positions = solid.positions(index)
-    tree = igl.AABB()
-    tree.init(original.vertices, original.faces)
-
-    def distance(points: Floats) -> Floats:
-        squared, _, _ = tree.squared_distance(original.vertices, original.faces, points)
-        return np.sqrt(squared)
-
-    to_surface = in_chunks(distance, positions, report, "drawing the surface")
+    to_surface = distances_to_surface(positions, original, report)
     depth_in_planes = plane_depth(positions, frame, planes)
     size = np.where(
         inside[index],

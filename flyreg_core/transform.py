@@ -44,7 +44,7 @@ def transform_points(
     barycentric = np.nan_to_num(barycentric, nan=1 / 3)
 
     def carried(values: Floats) -> Floats:
-        return np.einsum("ij,ijk->ik", barycentric, values[corners])
+        return np.asarray(np.einsum("ij,ijk->ik", barycentric, values[corners]))
 
     distance = np.sqrt(squared)
     outwards = np.einsum("ij,ij->i", points - nearest, carried(start.vertex_normals))

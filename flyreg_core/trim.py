@@ -43,7 +43,7 @@ def find_trim_planes(
     side of the brain (3.1 B of the paper leaves this to the user).
     """
     x = solid.coordinates(frame.left_right)
-    silhouette = solid.inside.any(axis=frame.antero_posterior)
+    silhouette = np.asarray(solid.inside.any(axis=frame.antero_posterior))
     if frame.left_right > frame.dorso_ventral:
         silhouette = silhouette.T
     occupied = np.flatnonzero(silhouette.any(axis=1))
