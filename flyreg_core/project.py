@@ -57,7 +57,7 @@ class Project:
     moved: Mapping[str, float] = field(
         default_factory=dict
     )  # target shares of boundary pairs, by id
-    smoothing: float = 1e-3  # lambda of the spline
+    smoothing: float = 1e-2  # lambda of the spline
     view: Mapping[str, object] = field(default_factory=dict)  # what the window restores
 
     def __post_init__(self) -> None:
