@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from flyreg_core.pipeline import Results
 from flyreg_resources.demo import make_demo_pair
 from PySide6.QtCore import QStandardPaths
 from PySide6.QtWidgets import QFileDialog
 
 from flyreg_core.brain_files import open_brain, write_mesh
 from flyreg_core.errors import FlyregError
+from flyreg_core.pipeline import Results
 from flyreg_core.project import Brain, Project
 from flyreg_core.project_file import load_project, save_project
 from flyreg_gui.dialogs import Answer, OpenBrainsDialog, ask_about_changes, ask_for_saving_path

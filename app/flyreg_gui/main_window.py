@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject, QPoint, Qt
-from PySide6.QtGui import QCloseEvent, QKeyEvent, QKeySequence, QPainter, QPixmap
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QKeySequence, QPixmap
 from PySide6.QtWidgets import (
     QAbstractButton,
     QDockWidget,
@@ -229,14 +229,7 @@ class MainWindow(QMainWindow):
 
     def picture(self) -> QPixmap:
         """Return a picture of the whole window, the views included."""
-        picture = self.grab()
-        painter = QPainter(picture)
-        for frame in self.view_area.frames:
-            if frame.canvas.isVisible():
-                image = frame.canvas.grabFramebuffer()
-                painter.drawImage(frame.canvas.mapTo(self, QPoint(0, 0)), image)
-        painter.end()
-        return picture
+        return self.grab()
 
     def _show_help(self, title: str, name: str) -> None:
         HelpWindow(title, name, self).show()

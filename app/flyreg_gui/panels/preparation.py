@@ -94,14 +94,8 @@ class BrainFields:
 
 
 LABELS = (
-    (
-        "Trim right, µm",
-        "Where the optic lobe on the animal's right is cut off; grey: at its neck, found by the program",
-    ),
-    (
-        "Trim left, µm",
-        "Where the optic lobe on the animal's left is cut off; grey: at its neck, found by the program",
-    ),
+    ("Trim right, µm", "Where the animal's right optic lobe is cut off; grey: at its neck, found"),
+    ("Trim left, µm", "Where the animal's left optic lobe is cut off; grey: at its neck, found"),
     ("Cut shift, µm", "How far behind the automatic place the halves are divided"),
     ("Voxels across", "How finely the brain is cut into voxels, from dorsal to ventral"),
     ("Smoothing passes", "How often the surface is averaged before it is divided"),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCommandLinkButton, QGridLayout, QLabel, QVBoxLayout, QWidget
 
 WELCOME = (
     "Registers the surface of one fly brain to another. Open two brain meshes, the one that is "
@@ -31,9 +31,9 @@ class StartPage(QWidget):
         title.setFont(font)
         welcome = QLabel(WELCOME)
         welcome.setWordWrap(True)
-        self.open_button = _big_button("Open brains…", "Two meshes or templates")
+        self.open_button = _big_button("Open brains…", "Two mesh files, or templates of flybrains")
         self.project_button = _big_button("Open project…", "Go on where you saved")
-        self.demo_button = _big_button("Try the demo", "A made-up pair, no files needed")
+        self.demo_button = _big_button("Try the demo", "A made-up pair of brains; no files needed")
         buttons = (self.open_button, self.project_button, self.demo_button)
         for button, signal in zip(
             buttons, (self.open_asked, self.project_asked, self.demo_asked), strict=True
@@ -41,7 +41,7 @@ class StartPage(QWidget):
             button.clicked.connect(signal)
         self._recent = QVBoxLayout()
         column = QVBoxLayout()
-        column.setSpacing(12)
+        column.setSpacing(8)
         for widget in (title, welcome, *buttons):
             column.addWidget(widget)
         column.addLayout(self._recent)
@@ -68,9 +68,7 @@ class StartPage(QWidget):
             self._recent.addWidget(link)
 
 
-def _big_button(text: str, hint: str) -> QPushButton:
-    button = QPushButton(text)
-    button.setMinimumHeight(44)
-    button.setToolTip(hint)
-    button.setAutoDefault(True)
+def _big_button(text: str, hint: str) -> QCommandLinkButton:
+    button = QCommandLinkButton(text, hint)
+    button.setMinimumHeight(56)
     return button

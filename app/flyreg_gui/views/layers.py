@@ -239,14 +239,14 @@ class LabelLayer:
 
     def _style(self, actor: vtkTextActor) -> None:
         style = actor.GetTextProperty()
-        style.SetFontSize(round(self._scale * self._size))
+        style.SetFontSize(self._size)  # VTK knows the device's pixels per point
         style.SetColor(*unit(self._color))
         if self._centered:
             style.SetJustificationToCentered()
             style.SetVerticalJustificationToCentered()
         else:
-            offset = [self._scale * pixels for pixels in LABEL_OFFSET]
-            actor.GetPositionCoordinate().SetValue(*offset, 0)
+            right, up = LABEL_OFFSET
+            actor.GetPositionCoordinate().SetValue(self._scale * right, self._scale * up, 0.0)
             style.SetVerticalJustificationToBottom()
             style.SetBackgroundColor(*unit(self._background))
             style.SetBackgroundOpacity(0.7)

@@ -1,0 +1,94 @@
+"""Fixtures of the window's tests: the user's folders are temporary, and nothing may survive a test."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+COARSE = 36
+"""Voxels across a brain: enough for the demo's shape, and done in seconds."""
+
+
+@pytest.fixture(autouse=True, scope="session")
+def keep_true_alive():
+    """Signals are emitted in tests, too."""
+    with contextlib.suppress(ImportError):
+        from flyreg_gui import qt_defects
+
+        qt_defects.keep_true_alive()
+
+
+@pytest.fixture(autouse=True)
+def own_folders(tmp_path, monkeypatch):
+    """Settings, cache and log of a test are its own."""
+    for name in ("CONFIG", "CACHE", "STATE", "DATA"):
+        monkeypatch.setenv(f"XDG_{name}_HOME", str(tmp_path / name.lower()))
+    if "PySide6.QtCore" in sys.modules:
+        from PySide6.QtCore import QSettings
+
+        settings = str(tmp_path / "config")
+        QSettings.setPath(QSettings.Format.NativeFormat, QSettings.Scope.UserScope, settings)
+
+
+@pytest.fixture(autouse=True)
+def nothing_survives():
+    """No top-level widget, worker thread or plotter outlives its test."""
+    yield
+    if "PySide6.QtWidgets" not in sys.modules:
+        return
+    from PySide6.QtCore import QCoreApplication, QEvent
+    from PySide6.QtWidgets import QApplication
+
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    if QApplication.instance() is not None:
+        assert QApplication.topLevelWidgets() == []
+    threads = [thread.name for thread in threading.enumerate()]
+    assert not [name for name in threads if name.startswith("flyreg")]
+    if "pyvista" in sys.modules:
+        from pyvista.plotting.plotter import _ALL_PLOTTERS
+
+        assert [plotter for plotter in _ALL_PLOTTERS.values() if not plotter._closed] == []
+
+
+@pytest.fixture(scope="session")
+def demo_files(tmp_path_factory) -> tuple[Path, Path]:
+    """The demo pair as files."""
+    from flyreg_resources.demo import make_demo_pair
+
+    from flyreg_core.brain_files import write_mesh
+
+    folder = tmp_path_factory.mktemp("demo")
+    paths = (folder / "source.ply", folder / "target.ply")
+    for path, mesh in zip(paths, make_demo_pair(), strict=True):
+        write_mesh(path, mesh, "um")
+    return paths
+
+
+@pytest.fixture(scope="session")
+def project(demo_files):
+    """The demo pair with coarse voxels."""
+    from flyreg_core.brain_files import open_brain
+    from flyreg_core.project import Brain, Project
+
+    source, target = (Brain(open_brain(str(path), "um")) for path in demo_files)
+    voxels = replace(source.solid, voxels_across=COARSE)
+    return Project(replace(source, solid=voxels), replace(target, solid=voxels))
+
+
+@pytest.fixture(scope="session")
+def pipeline():
+    """One pipeline for all tests: brains that it has prepared once it remembers."""
+    from flyreg_core.pipeline import Pipeline
+
+    return Pipeline()
+
+
+@pytest.fixture(scope="session")
+def results(project, pipeline):
+    """What follows from the demo project."""
+    return pipeline.run(project)

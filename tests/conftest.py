@@ -1,0 +1,23 @@
+"""What all tests share: whether there is a display, and where a program's own files go."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import pytest
+
+HAS_DISPLAY = not sys.platform.startswith("linux") or bool(
+    os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+)
+if not HAS_DISPLAY:  # widgets without 3D views can be tested nevertheless
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    if HAS_DISPLAY and os.environ.get("QT_QPA_PLATFORM") != "offscreen":
+        return
+    skip = pytest.mark.skip(reason="needs a display for 3D views; `python3 tests` provides one")
+    for item in items:
+        if item.get_closest_marker("window"):
+            item.add_marker(skip)
