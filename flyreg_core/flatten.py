@@ -94,11 +94,12 @@ def flatten(
     is_fixed = np.zeros(ring.n_vertices, dtype=bool)
     is_fixed[ring.outer] = is_fixed[ring.hole] = True
     shifts = _corner_shifts(ring.faces, edges, jumps)
-    if parameters.passes is not None:
-        u, v = _pass_means(ring, edges, jumps, is_fixed, u, v, parameters.passes, report)
-        flat = FlatMesh(np.stack([u, v], axis=1), ring.faces, shifts)
-        return flat, Springs(edges, jumps, np.ones(len(edges)))
     springs = Springs(edges, jumps, np.ones(len(edges)))
+    if parameters.passes is not None:
+        solved, _ = _least_twisted(springs, *solve_means(springs, is_fixed, u, v))
+        u[is_fixed] = solved[is_fixed]
+        u, v = _pass_means(ring, edges, jumps, is_fixed, u, v, parameters.passes, report)
+        return FlatMesh(np.stack([u, v], axis=1), ring.faces, shifts), springs
     for done in range(parameters.rounds + 1):
         report(done / (parameters.rounds + 1), "flattening")
         if done:
