@@ -88,12 +88,14 @@ def annulus(around: int = 12, layers: int = 4) -> Shape:
 def random_annulus(rng: np.random.Generator, outer: int, hole: int, inner: int) -> Shape:
     """A flat ring of irregular faces: first `outer` vertices outside, then `hole`, then inner ones.
 
-    Both boundaries run counter-clockwise. Edges across the ring from boundary to boundary occur.
+    Both boundaries run counter-clockwise; 8 vertices outside are the fewest. Edges across the ring from boundary to boundary occur.
     """
     angles = [np.sort(rng.uniform(0, 2 * np.pi, count)) for count in (outer, hole, inner)]
     for loop, count in ((0, outer), (1, hole)):  # evened, so that the outside surrounds the hole
         angles[loop] = (angles[loop] + 9 * np.arange(count) * 2 * np.pi / count) / 10
-    radius = np.concatenate([np.full(outer, 10.0), np.full(hole, 2.0), rng.uniform(2.2, 9, inner)])
+    radius = np.concatenate(
+        [np.full(outer, 10.0), np.full(hole, 2.0), rng.uniform(2.2, 7.5, inner)]
+    )
     angle = np.concatenate(angles)
     points = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
     faces = Delaunay(points).simplices.astype(np.int64)

@@ -36,7 +36,7 @@ def test_arrays_that_cannot_be_written_to_are_shared():
 
 def test_meshes_are_compared_by_identity():
     mesh = SurfaceMesh(*box())
-    assert mesh == mesh  # noqa: PLR0124
+    assert mesh == mesh
     assert mesh != SurfaceMesh(*box())
     assert len({mesh, SurfaceMesh(mesh.vertices, mesh.faces)}) == 2
 

@@ -49,7 +49,7 @@ def test_the_fraction_told_grows_from_nothing_and_stays_below_the_whole():
     told = []
     in_chunks(lambda points: points, POINTS, lambda fraction, _: told.append(fraction), "", 2)
     assert told[0] == 0
-    assert all(less < more for less, more in zip(told, told[1:] + [1.0], strict=True))
+    assert all(less < more for less, more in zip(told, [*told[1:], 1.0], strict=True))
 
 
 def test_cancelling_stops_before_the_next_part():

@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -82,7 +84,7 @@ def test_smoothing_follows_affine_maps(seed):
 def test_a_sphere_shrinks_with_every_pass():
     vertices, faces = sphere()
     volumes = [SurfaceMesh(passes((vertices, faces), k), faces).volume for k in range(0, 100, 10)]
-    assert all(less < more for more, less in zip(volumes, volumes[1:], strict=False))
+    assert all(less < more for more, less in itertools.pairwise(volumes))
     assert volumes[-1] > 0
 
 

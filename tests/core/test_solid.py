@@ -56,7 +56,7 @@ def test_the_neighbours_of_a_voxel_form_a_sphere():
 
     def adjacent(i, j):
         step = around[i] - around[j] + 1
-        return (0 <= step).all() and (step <= 2).all() and structure[tuple(step)]
+        return (step >= 0).all() and (step <= 2).all() and structure[tuple(step)]
 
     faces = [
         (i, j, k)
