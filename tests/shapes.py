@@ -88,7 +88,8 @@ def annulus(around: int = 12, layers: int = 4) -> Shape:
 def random_annulus(rng: np.random.Generator, outer: int, hole: int, inner: int) -> Shape:
     """A flat ring of irregular faces: first `outer` vertices outside, then `hole`, then inner ones.
 
-    Both boundaries run counter-clockwise; 8 vertices outside are the fewest. Edges across the ring from boundary to boundary occur.
+    Both boundaries run counter-clockwise; 8 vertices outside are the fewest. Edges across the ring
+    from boundary to boundary occur.
     """
     angles = [np.sort(rng.uniform(0, 2 * np.pi, count)) for count in (outer, hole, inner)]
     for loop, count in ((0, outer), (1, hole)):  # evened, so that the outside surrounds the hole

@@ -192,7 +192,7 @@ def test_where_a_loop_starts_changes_nothing(seed):
 
 @given(seed=SEEDS)
 def test_no_whole_turn_of_the_hole_would_be_less_twisted(seed):
-    ring, flat, springs = laid(seed, UNIFORM)
+    _, flat, springs = laid(seed, UNIFORM)
     i, j = springs.edges.T
 
     def energy(turns):
