@@ -37,7 +37,9 @@ def faces_around(flat, point):
     return {
         int(face)
         for turn in range(-5, 6)
-        for face in np.flatnonzero(weights_in(flat.corners, point + [turn, 0]).min(axis=1) > -1e-12)
+        for face in np.flatnonzero(
+            weights_in(flat.corners, np.add(point, [turn, 0])).min(axis=1) > -1e-12
+        )
     }
 
 
@@ -81,8 +83,8 @@ def test_on_a_plain_triangulation_the_answer_is_that_of_another_library(seed):
     other = Delaunay(np.vstack([rng.uniform(size=(60, 2)), [[0, 0], [0, 1], [1, 0], [1, 1]]]))
     simplices = other.simplices
     corners = other.points[simplices]
-    turned = np.cross(np.append(corners[:, 1] - corners[:, 0], np.zeros((len(corners), 1)), 1),
-                      np.append(corners[:, 2] - corners[:, 0], np.zeros((len(corners), 1)), 1))[:, 2] < 0  # fmt: skip
+    ab, ac = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    turned = ab[:, 0] * ac[:, 1] < ab[:, 1] * ac[:, 0]
     corners[turned] = corners[turned][:, ::-1]
     points = rng.uniform(size=(200, 2))
     faces, _ = find_triangles(build_grid(corners, np.arange(len(corners))), points)
@@ -133,7 +135,7 @@ def test_faces_that_reach_beyond_the_end_of_the_strip_are_found_on_both_sides():
 @pytest.mark.parametrize("turns", [-3, 0, 2])
 def test_whole_turns_of_the_strip_change_nothing(turns):
     flat, points = random_strip(4), random_points(4)
-    turned = FlatMesh(flat.uv + [turns, 0], flat.faces, flat.corner_shifts)
+    turned = FlatMesh(np.add(flat.uv, [turns, 0]), flat.faces, flat.corner_shifts)
     faces, _ = find_triangles(strip_grid(turned), points)
     assert np.array_equal(faces, find_triangles(strip_grid(flat), points)[0])
 
