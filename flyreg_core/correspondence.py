@@ -23,7 +23,7 @@ from flyreg_core.landmarks import (
     LandmarkParameters,
 )
 from flyreg_core.mesh import Floats
-from flyreg_core.rectangle import perimeter_share, to_plane, u_of_perimeter
+from flyreg_core.rectangle import perimeter_share, to_plane, u_of_perimeter, wrapped
 
 LENGTH_SHARE = 0.1
 """Share of arc length mixed into coordinate pairing, so that a curve that turns back still advances."""
@@ -113,7 +113,9 @@ def _partners(
     """Return the shares on the target's curve that belong to shares on the source's."""
     if pairing == "nearest":
         choices = target.curves[key].share
-        return np.asarray(choices[np.abs(shares[:, None] - choices[None]).argmin(axis=1)])
+        away = shares[:, None] - choices[None]
+        away = wrapped(away) if target.curves[key].is_closed else away
+        return np.asarray(choices[np.abs(away).argmin(axis=1)])
     if pairing == "arc length" or key[0] == "hole":
         return shares
     progress_source = _progress(source.curves[key], key[0], source.frame)
