@@ -47,6 +47,7 @@ class Carving:
     solid: VoxelSolid
     handles: tuple[Handle, ...]  # widest first
     filled: Booleans  # voxels that the original solid does not have
+    membrane: Floats  # (k, 3), voxels that closed the oesophagus, micrometres
 
     @property
     def oesophagus(self) -> Handle:
@@ -167,6 +168,8 @@ def carve(solid: VoxelSolid, frame: BrainFrame, report: Report) -> Carving:
             "the oesophagus cannot be told; check the trim planes and the resolution"
         )
     oesophagus = max(tunnels, key=lambda tunnel: (distance[tunnel], tunnel))
+    labels, _ = ndimage.label(inside & ~fixed, kuhn_structure())
+    membrane = np.argwhere(labels == labels[oesophagus]) + low
     inside[oesophagus] = False
     _carve_to_the_end(inside, fixed, distance, report)
     handles = tuple(
@@ -180,7 +183,12 @@ def carve(solid: VoxelSolid, frame: BrainFrame, report: Report) -> Carving:
     )
     carved, filled = np.zeros_like(solid.inside), np.zeros_like(solid.inside)
     carved[box], filled[box] = inside, inside & ~fixed
-    return Carving(VoxelSolid(carved, solid.origin, solid.pitch), handles, filled)
+    return Carving(
+        VoxelSolid(carved, solid.origin, solid.pitch),
+        handles,
+        filled,
+        solid.positions(tuple(membrane.T)),
+    )
 
 
 def _others(axis: int) -> tuple[int, ...]:

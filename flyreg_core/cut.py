@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from flyreg_core.errors import TopologyError
 from flyreg_core.mesh import Booleans, Floats, Integers, SurfaceMesh
@@ -19,12 +20,19 @@ from flyreg_core.refine import (
     split_along_zero,
     split_edges,
 )
-from flyreg_core.topology import euler_characteristic, half_edges
+from flyreg_core.topology import component_of_vertex, euler_characteristic, half_edges
 from flyreg_core.torus import Torus
 
 PIECES = ("anterior", "posterior", "right cap", "left cap")
 CAP_DEPTH = 0.3
 """How far inside a trim plane the cap ends, in voxels of the torus."""
+TIDYING_ROUNDS = 3
+SMALL = 1e-9
+"""Makes a value that was exactly 0 negative."""
+RING_REACH = 1.8
+"""How far from the membrane across the oesophagus its ring of vertices reaches, in voxels."""
+RING_INFLUENCE = 1.0
+"""How far around the ring the cut follows it, in widths of the oesophagus."""
 
 
 @dataclass(frozen=True)
@@ -81,42 +89,109 @@ def dissect(
     for name, field in (("right", right), ("left", left)):
         if not (field < 0).any():
             raise TopologyError(f"the {name} trim plane does not touch the brain; move it inwards")
-    places = (right < 0, _around_oesophagus(torus, surface), left < 0)
-    knots = np.array([smoothed[place].mean(axis=0)[[lr, ap]] for place in places])
+    ring = _ring_of_oesophagus(torus, surface)
+    knots = np.array([smoothed[place].mean(axis=0)[[lr, ap]] for place in (right < 0, ring, left < 0)])
     knots[:, 1] += parameters.shift_um
-    height = smoothed[:, ap] - np.interp(smoothed[:, lr], knots[:, 0], knots[:, 1])
+    height = _height_over_cut(smoothed, ring, knots, torus, parameters)
     height = keep_largest_regions(surface.faces, height)
     if not (height < 0).any() or not (height >= 0).any():
         raise TopologyError("the cut leaves nothing on one side of it; move the cut height back")
-    fields = np.stack([right, left, height], axis=1)
-    vertices, faces, is_beyond = _split_by_fields(surface, fields)
-    piece = np.where(is_beyond[:, 2], 0, 1)
-    piece[is_beyond[:, 1]] = 3
-    piece[is_beyond[:, 0]] = 2
+    right, left = _tidy_caps(surface.faces, right, left, height)
+    vertices, faces, piece = _divide(surface, right, left, height)
     vertices, faces, piece = _split_chords(vertices, faces, piece)
     dissection = Dissection(SurfaceMesh(vertices, faces), piece.astype(np.int64), knots)
     _check(dissection)
     return dissection
 
 
-def _around_oesophagus(torus: Torus, surface: SurfaceMesh) -> Booleans:
+def _ring_of_oesophagus(torus: Torus, surface: SurfaceMesh) -> Booleans:
     """Return the vertices around the narrowest place of the oesophagus."""
-    center = np.array(torus.oesophagus.center_um)
-    away = np.linalg.norm(surface.vertices - center, axis=1)
-    return np.asarray(away <= away.min() + torus.pitch)
+    away, _ = cKDTree(torus.membrane).query(surface.vertices)
+    return np.asarray(away <= max(float(away.min()), RING_REACH * torus.pitch))
 
 
-def _split_by_fields(surface: SurfaceMesh, fields: Floats) -> tuple[Floats, Integers, Booleans]:
-    """Split along the zeros of each column; also tell for each face where each is negative."""
-    vertices, faces = np.array(surface.vertices), np.array(surface.faces)
-    is_beyond = np.zeros((len(faces), 0), dtype=bool)
-    for column in range(fields.shape[1]):
+def _height_over_cut(
+    smoothed: Floats, ring: Booleans, knots: Floats, torus: Torus, parameters: CutParameters
+) -> Floats:
+    """Return how far behind the cut each smoothed vertex lies, micrometres.
+
+    Near the oesophagus the cut follows its narrowest ring, which may be tilted, so that it runs
+    around the tunnel whatever way that takes; away from it the cut is straight between the knots.
+    """
+    frame = torus.frame
+    across = smoothed[:, [frame.left_right, frame.dorso_ventral]]
+    away, nearest = cKDTree(across[ring]).query(across)
+    nearness = np.exp(-((away / (RING_INFLUENCE * torus.oesophagus.width_um)) ** 2))
+    straight = np.interp(smoothed[:, frame.left_right], knots[:, 0], knots[:, 1])
+    at_ring = smoothed[ring][nearest, frame.antero_posterior] + parameters.shift_um
+    cut = nearness * at_ring + (1 - nearness) * straight
+    return np.asarray(smoothed[:, frame.antero_posterior] - cut)
+
+
+def _tidy_caps(
+    faces: Integers, right: Floats, left: Floats, height: Floats
+) -> tuple[Floats, Floats]:
+    """Return the caps' fields changed so that the cut crosses each rim exactly twice.
+
+    What the cut severs from either part of a cap joins the tube, and what a cap severs from either
+    half of the tube joins the nearer cap.
+    """
+    fields = [right.copy(), left.copy()]
+    is_behind = height >= 0
+    for field in fields:
+        for side in (is_behind, ~is_behind):
+            severed = _all_but_largest(faces, (field < 0) & side)
+            field[severed] = -field[severed]
+    is_tube = (fields[0] >= 0) & (fields[1] >= 0)
+    for side in (is_behind, ~is_behind):
+        severed = _all_but_largest(faces, is_tube & side)
+        for field, other in (fields, fields[::-1]):
+            joins = severed & (field < other)
+            field[joins] = -field[joins] - SMALL
+    return keep_largest_regions(faces, fields[0]), keep_largest_regions(faces, fields[1])
+
+
+def _all_but_largest(faces: Integers, chosen: Booleans) -> Booleans:
+    """Return the chosen vertices outside the largest connected region of them."""
+    component = component_of_vertex(faces, len(chosen), chosen)
+    sizes = np.bincount(component[chosen], minlength=int(component.max()) + 1)
+    return np.asarray(chosen & (component != sizes.argmax()))
+
+
+def _divide(
+    surface: SurfaceMesh, right: Floats, left: Floats, height: Floats
+) -> tuple[Floats, Integers, Integers]:
+    """Split the surface where each field is zero; return it with the piece of each face."""
+    faces = surface.faces
+    fields = np.column_stack([surface.vertices, right, left, height])
+    cap = np.zeros(len(faces), dtype=np.int64)  # 0 tube, 2 right cap, 3 left cap: as in PIECES
+    for column, number in ((3, 2), (4, 3)):
         refinement = split_along_zero(faces, fields[:, column])
-        side = refinement.sides(fields[:, column])
-        is_beyond = np.column_stack([is_beyond[refinement.parent], ~side])
-        vertices, fields = refinement.carry(vertices), refinement.carry(fields)
-        faces = refinement.faces
-    return vertices, faces, is_beyond
+        is_cap = ~refinement.sides(fields[:, column])
+        cap = np.where(is_cap, number, cap[refinement.parent])
+        fields, faces = refinement.carry(fields), refinement.faces
+    fields[:, 5] = _tidy_height(faces, cap, fields[:, 5])
+    refinement = split_along_zero(faces, fields[:, 5])
+    is_behind = refinement.sides(fields[:, 5])
+    cap = cap[refinement.parent]
+    return refinement.carry(fields)[:, :3], refinement.faces, np.where(cap > 0, cap, is_behind)
+
+
+def _tidy_height(faces: Integers, cap: Integers, height: Floats) -> Floats:
+    """Return heights whose two signs occupy one connected region each in the tube and in each cap.
+
+    Vertices on a rim belong to two of these, so changes for one may call for some in another.
+    """
+    height = height.copy()
+    for _ in range(TIDYING_ROUNDS):
+        for number in (0, 2, 3):
+            own = faces[cap == number]
+            is_own = np.zeros(len(height), dtype=bool)
+            is_own[own] = True
+            for is_behind in (True, False):
+                severed = _all_but_largest(own, is_own & ((height >= 0) == is_behind))
+                height[severed] = -height[severed] - (SMALL if is_behind else 0)
+    return height
 
 
 def _split_chords(

@@ -9,6 +9,9 @@ import numpy as np
 from flyreg_core.errors import InputError
 from flyreg_core.mesh import Floats
 
+FLATTEST = 1.2
+"""How much deeper than tall a brain may be; some are about as deep as they are tall."""
+
 
 @dataclass(frozen=True)
 class BrainFrame:
@@ -45,14 +48,14 @@ def find_frame(points: Floats) -> BrainFrame:
     Raises
     ------
     InputError
-        The brain is not widest along x and thinnest along z, so that it lies turned in its file.
+        The brain is not widest along x, or clearly deeper (z) than tall (y): it lies turned.
 
     Notes
     -----
     Holds for every adult template of the field, with and without optic lobes.
     """
     extent = np.ptp(points, axis=0)
-    if not extent[0] > extent[1] > extent[2]:
+    if not (extent[0] > extent[1:].max() and extent[2] < FLATTEST * extent[1]):
         raise InputError(
             f"the brain lies turned in its file: it measures {extent[0]:.0f} x {extent[1]:.0f} x "
             f"{extent[2]:.0f} um along x, y and z; turn it so that x runs from its right to its left "

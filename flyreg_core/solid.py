@@ -30,7 +30,7 @@ class SolidParameters:
     """How finely a brain is cut into voxels."""
 
     voxels_across: int = 60  # from the dorsal to the ventral end
-    closing: float = 1.0  # cracks and mouths of cavities up to twice as wide are closed, voxels
+    closing: float = 1.5  # cracks and mouths of cavities up to twice as wide are closed, voxels
 
 
 @dataclass(frozen=True, eq=False)

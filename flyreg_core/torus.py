@@ -29,6 +29,7 @@ class Torus:
     planes: TrimPlanes
     pitch: float  # edge of the voxels it was drawn from, micrometres
     handles: tuple[Handle, ...]  # widest first, exactly one of them the oesophagus
+    membrane: Floats  # (k, 3), points that span the oesophagus at its narrowest place, micrometres
     filled_um3: float  # volume that was added to close the other handles
 
     @property
@@ -58,7 +59,9 @@ def make_torus(
     field = _depth(original, carving, frame, planes, within(report, 0.6, 1.0))
     surface = extract_surface(field, solid.origin, solid.pitch)
     filled = float(carving.filled.sum()) * solid.pitch**3
-    return Torus(surface, frame, planes, solid.pitch, carving.handles, filled)
+    return Torus(
+        surface, frame, planes, solid.pitch, carving.handles, carving.membrane, filled
+    )
 
 
 def _depth(
