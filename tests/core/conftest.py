@@ -1,17 +1,22 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from flyreg_resources.demo import make_demo_pair
 from hypothesis import settings
 
+from flyreg_core.brain_files import open_brain, write_mesh
 from flyreg_core.landmarks import LandmarkParameters
 from flyreg_core.lift import Registration
+from flyreg_core.project import Brain, Project
+from flyreg_core.solid import SolidParameters
 from tests.brains import PreparedBrain, prepare, register_pair
 
 settings.register_profile("flyreg", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("flyreg")
 
-VOXELS_ACROSS = 32
+VOXELS_ACROSS = 40
 """Coarse, so that the demo pair is ready within seconds."""
 
 
@@ -35,3 +40,22 @@ def demo(request: pytest.FixtureRequest) -> PreparedBrain:
 @pytest.fixture(scope="session")
 def demo_registration(demo_source: PreparedBrain, demo_target: PreparedBrain) -> Registration:
     return register_pair(demo_source, demo_target, LandmarkParameters())
+
+
+@pytest.fixture(scope="session")
+def demo_files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """The demo pair as files, source and target."""
+    folder = tmp_path_factory.mktemp("demo")
+    paths = (folder / "source.ply", folder / "target.ply")
+    for path, mesh in zip(paths, make_demo_pair(), strict=True):
+        write_mesh(path, mesh, "um")
+    return paths
+
+
+@pytest.fixture(scope="session")
+def demo_project(demo_files: tuple[Path, Path]) -> Project:
+    """The demo pair as files, at a coarse resolution."""
+    source, target = (
+        Brain(open_brain(str(path)), solid=SolidParameters(VOXELS_ACROSS)) for path in demo_files
+    )
+    return Project(source, target)

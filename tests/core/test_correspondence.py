@@ -207,7 +207,7 @@ def test_a_point_within_a_face_lies_at_its_share_of_the_corners_on_the_strip(sou
 
 
 def test_a_point_beside_the_surface_moves_to_the_nearest_point_of_it(source, target):
-    start = source.dissection.surface.vertices.mean(axis=0) + [0, -300, 0]
+    start = np.add(source.dissection.surface.vertices.mean(axis=0), [0, -300, 0])
     mark = place_landmarks(source, target, (interior("a", start, start),))[0]
     for brain, found in ((source, mark.source_point), (target, mark.target_point)):
         surface = brain.dissection.surface

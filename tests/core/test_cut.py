@@ -126,7 +126,8 @@ def test_a_cut_that_misses_the_oesophagus_is_told_with_what_came_of_it(demo_sour
     beyond = z.min() - demo_source.flat.dissection.cut_knots[1, 1] + 0.1 * np.ptp(z)
     words = (
         r"the (anterior|posterior) is not a ring \(Euler characteristic -?\d+, not 0\): the cut "
-        "does not run once through the oesophagus and both trim openings; move the cut height or the trim planes"
+        "does not run once through the oesophagus and both trim openings; move the cut height or "
+        "the trim planes"
     )
     with pytest.raises(TopologyError, match=words):
         shifted(demo_source, beyond)

@@ -31,7 +31,7 @@ def test_anything_else_is_no_weight(weight):
 def test_a_landmark_on_a_curve_lies_at_a_share_of_its_length(kind, end):
     assert pair(kind, 0.25, 0.5).is_placed
     with pytest.raises(
-        LandmarkError, match=f"landmark calyx is {kind} but lies at \\(1.0, 2.0, 3.0\\)"
+        LandmarkError, match=rf"landmark calyx is {kind} but lies at \(1.0, 2.0, 3.0\)"
     ):
         pair(kind, **{"source": 0.25, "target": 0.5, end: POINT})
 
