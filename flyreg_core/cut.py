@@ -90,7 +90,9 @@ def dissect(
         if not (field < 0).any():
             raise TopologyError(f"the {name} trim plane does not touch the brain; move it inwards")
     ring = _ring_of_oesophagus(torus, surface)
-    knots = np.array([smoothed[place].mean(axis=0)[[lr, ap]] for place in (right < 0, ring, left < 0)])
+    knots = np.array(
+        [smoothed[place].mean(axis=0)[[lr, ap]] for place in (right < 0, ring, left < 0)]
+    )
     knots[:, 1] += parameters.shift_um
     height = _height_over_cut(smoothed, ring, knots, torus, parameters)
     height = keep_largest_regions(surface.faces, height)

@@ -138,6 +138,18 @@ def solve_means(
     return solved[:, 0], solved[:, 1]
 
 
+def mean_matrix(springs: Springs, n_vertices: int) -> tuple[sparse.csr_array, Floats]:
+    """Return the (n, n) matrix that takes u and v to weighted means, and what to add to u."""
+    i, j = springs.edges.T
+    rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
+    both = np.concatenate([springs.weights, springs.weights])
+    total = np.bincount(rows, both, n_vertices)
+    matrix = sparse.csr_array((both / total[rows], (rows, columns)), shape=(n_vertices, n_vertices))
+    pull = springs.weights * springs.jumps
+    charge = np.bincount(i, pull, n_vertices) - np.bincount(j, pull, n_vertices)
+    return matrix, np.asarray(charge / total)
+
+
 def edge_jumps(ring: Ring) -> tuple[Integers, Integers]:
     """Return the edges, and what to add to u of the second end when seen from the first."""
     edges, _ = unique_edges(ring.faces)

@@ -59,9 +59,7 @@ def make_torus(
     field = _depth(original, carving, frame, planes, within(report, 0.6, 1.0))
     surface = extract_surface(field, solid.origin, solid.pitch)
     filled = float(carving.filled.sum()) * solid.pitch**3
-    return Torus(
-        surface, frame, planes, solid.pitch, carving.handles, carving.membrane, filled
-    )
+    return Torus(surface, frame, planes, solid.pitch, carving.handles, carving.membrane, filled)
 
 
 def _depth(

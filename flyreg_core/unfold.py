@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from flyreg_core.flatten import Springs, solve_means
+from flyreg_core.flatten import Springs, mean_matrix, solve_means
 from flyreg_core.mesh import Booleans, FlatMesh, Integers
 from flyreg_core.orientation import orientations
 from flyreg_core.progress import Report
+
+RELAXATIONS = 100
+"""How often vertices of flipped faces move before more of them are freed."""
 
 
 def count_flipped(flat: FlatMesh) -> int:
@@ -21,17 +24,17 @@ def unfold(flat: FlatMesh, springs: Springs, is_fixed: Booleans, report: Report)
     Parameters
     ----------
     springs : Springs
-        The net that laid the half flat; it decides where freed vertices come to rest.
+        The net that laid the half flat; its weights say where a vertex is at rest.
     is_fixed : (n,) bool
         Vertices on the boundaries, which stay.
 
     Notes
     -----
-    Frees the vertices of flipped faces and of ever wider rings around them and puts each at the
-    mean of its neighbours. When all are free the result is one-to-one by Tutte's theorem, so the
-    loop ends; in practice a few rings do.
+    First the vertices of flipped faces, and no others, move to the means of their neighbours,
+    again and again. Where that does not end, ever wider rings around flipped faces are freed and
+    laid flat anew; when all are free the result is one-to-one by Tutte's theorem.
     """
-    flipped = orientations(flat.corners) <= 0
+    flat, flipped = _relax(flat, springs, is_fixed, report)
     freed = np.zeros(len(flat.uv), dtype=bool)
     width = 1
     while flipped.any() and not (freed | is_fixed).all():
@@ -46,6 +49,32 @@ def unfold(flat: FlatMesh, springs: Springs, is_fixed: Booleans, report: Report)
         flipped = orientations(flat.corners) <= 0
         width *= 2
     return flat
+
+
+def _relax(
+    flat: FlatMesh, springs: Springs, is_fixed: Booleans, report: Report
+) -> tuple[FlatMesh, Booleans]:
+    """Move vertices of flipped faces to the means of their neighbours; tell what stays flipped."""
+    flipped = orientations(flat.corners) <= 0
+    if not flipped.any():
+        return flat, flipped
+    means, charge = mean_matrix(springs, len(flat.uv))
+    uv = np.array(flat.uv)
+    is_moved = np.zeros(len(uv), dtype=bool)
+    for done in range(RELAXATIONS):
+        report(done / RELAXATIONS, "removing folds")
+        moving = np.unique(flat.faces[flipped])
+        moving = moving[~is_fixed[moving]]
+        uv[moving] = means[moving] @ uv
+        uv[moving, 0] += charge[moving]
+        is_moved[moving] = True
+        watched = np.flatnonzero(is_moved[flat.faces].any(axis=1) | flipped)
+        corners = uv[flat.faces[watched]]
+        corners[..., 0] += flat.corner_shifts[watched]
+        flipped[watched] = orientations(corners) <= 0
+        if not flipped.any():
+            break
+    return FlatMesh(uv, flat.faces, flat.corner_shifts), flipped
 
 
 def _grown(chosen: Booleans, edges: Integers) -> Booleans:
