@@ -108,7 +108,7 @@ def dissect(
 
 def _ring_of_oesophagus(torus: Torus, surface: SurfaceMesh) -> Booleans:
     """Return the vertices around the narrowest place of the oesophagus."""
-    away, _ = cKDTree(torus.membrane).query(surface.vertices)
+    away = np.asarray(cKDTree(torus.membrane).query(surface.vertices)[0])
     return np.asarray(away <= max(float(away.min()), RING_REACH * torus.pitch))
 
 

@@ -102,13 +102,13 @@ def flatten(
         return FlatMesh(np.stack([u, v], axis=1), ring.faces, shifts), springs
     for done in range(parameters.rounds + 1):
         report(done / (parameters.rounds + 1), "flattening")
-        if done:
-            weights = springs.weights * _crowding(flat, edges, face_areas)
-            springs = Springs(edges, jumps, weights)
-        u, v = solve_means(springs, is_fixed, u, v)
-        u, v = _least_twisted(springs, u, v)
+        u, v = _least_twisted(springs, *solve_means(springs, is_fixed, u, v))
         flat = FlatMesh(np.stack([u, v], axis=1), ring.faces, shifts)
-    return flat, springs
+        if done == parameters.rounds:
+            return flat, springs
+        crowding = _crowding(flat, edges, face_areas)
+        springs = Springs(edges, jumps, springs.weights * crowding)
+    raise MeshError(f"the number of rounds must be at least 0, not {parameters.rounds}")
 
 
 def solve_means(
