@@ -21,8 +21,11 @@ from flyreg_core.rectangle import from_plane, perimeter_share, to_plane, u_of_pe
 from flyreg_core.thin_plate_spline import ThinPlateSpline
 from flyreg_core.unfold import count_flipped, unfold
 
-CLOSEST_TO_BOUNDARY = 1e-6
-"""Inner vertices stay this far, as a share of the way across, from both boundaries."""
+CLOSEST_TO_BOUNDARY = 1e-14
+"""Inner vertices stay this far, as a share of the way across, from both boundaries.
+
+Pockets of real brains crowd down to 1e-12 from a boundary and must not be moved.
+"""
 
 
 @dataclass(frozen=True, eq=False)
