@@ -38,7 +38,7 @@ def test_a_landmark_on_a_curve_lies_at_a_share_of_its_length(kind, end):
 
 @pytest.mark.parametrize("end", ["source", "target"])
 def test_a_landmark_inside_lies_at_a_point(end):
-    with pytest.raises(LandmarkError, match="landmark calyx is interior but lies at 0.5"):
+    with pytest.raises(LandmarkError, match="landmark calyx is interior but lies at"):
         pair(**{end: 0.5})
 
 

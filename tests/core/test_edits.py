@@ -1,0 +1,152 @@
+import copy
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flyreg_core import edits
+from flyreg_core.errors import LandmarkError
+from flyreg_core.landmarks import LandmarkPair
+from flyreg_core.project import Brain, BrainInput, Project
+from flyreg_core.smooth import SmoothParameters
+
+BRAIN = Brain(BrainInput("a.ply", "/nowhere/a.ply", "0" * 64, "um", "stated by the user"))
+OTHER = replace(BRAIN, smooth=SmoothParameters(7))
+ONE = LandmarkPair("u1", "calyx", "interior", None, (1.0, 2.0, 3.0), (4.0, 5.0, 6.0))
+TWO = LandmarkPair("u2", "tip", "upper", None, 0.25, 0.5)
+PROJECT = Project(BRAIN, BRAIN, pairs=(ONE, TWO), weights={"upper-01": 0.5}, moved={"hole-01": 0.1})
+
+OWN, ROLES, FREE = st.sampled_from(["u1", "u2"]), ["source", "target"], st.floats(0, 9)
+SOME = st.lists(st.sampled_from(["u1", "u2", "upper-01", "gone"]))
+NEW = st.integers(0, 99).map(lambda k: replace(ONE, id=f"n{k}", name=f"n{k}"))
+EDITS = st.one_of(
+    st.tuples(st.just(edits.set_weight), OWN | st.just("upper-02"), FREE),
+    st.tuples(st.just(edits.set_weights), SOME, FREE),
+    st.tuples(st.just(edits.set_smoothing), FREE),
+    st.tuples(st.just(edits.add_pair), NEW),
+    st.tuples(st.just(edits.remove_pairs), SOME),
+    st.tuples(st.just(edits.rename_pair), OWN, st.text()),
+    st.tuples(st.just(edits.place_pair), st.just("lower-01"), st.just("target"), st.floats(-1, 2)),
+    st.tuples(st.just(edits.place_pair), st.just("u2"), st.sampled_from(ROLES), st.floats(0, 1)),
+    st.tuples(st.just(edits.set_brain), st.sampled_from(ROLES), st.just(OTHER)),
+)
+
+
+@given(steps=st.lists(EDITS, max_size=8))
+def test_an_edit_makes_a_new_project_and_leaves_the_old_one_for_undo(steps):
+    history = [PROJECT]
+    copies = [copy.deepcopy(PROJECT)]
+    for edit, *arguments in steps:
+        try:
+            history.append(edit(history[-1], *arguments))
+        except LandmarkError:
+            continue
+        copies.append(copy.deepcopy(history[-1]))
+    assert history == copies
+
+
+def test_the_weight_of_a_pair_of_the_users_own_is_kept_with_it():
+    edited = edits.set_weight(PROJECT, "u1", 0.25)
+    assert edited == replace(PROJECT, pairs=(replace(ONE, weight=0.25), TWO))
+
+
+def test_the_weight_of_a_boundary_pair_is_kept_by_its_id():
+    assert edits.set_weight(PROJECT, "upper-02", 0.25) == replace(
+        PROJECT, weights={"upper-01": 0.5, "upper-02": 0.25}
+    )
+
+
+def test_several_pairs_get_the_same_weight():
+    edited = edits.set_weights(PROJECT, ["u2", "upper-01", "hole-03"], 3.0)
+    assert [pair.weight for pair in edited.pairs] == [1.0, 3.0]
+    assert edited.weights == {"upper-01": 3.0, "hole-03": 3.0}
+
+
+@pytest.mark.parametrize("weight", [-1.0, math.nan, math.inf])
+@pytest.mark.parametrize(("identifier", "name"), [("u1", "calyx"), ("upper-01", "upper-01")])
+def test_a_weight_must_be_zero_or_positive(identifier, name, weight):
+    words = f"the weight of landmark {name} must be 0 or a positive number, not {weight}"
+    with pytest.raises(LandmarkError, match=words):
+        edits.set_weight(PROJECT, identifier, weight)
+
+
+def test_the_smoothing_is_set():
+    assert edits.set_smoothing(PROJECT, 0.0) == replace(PROJECT, smoothing=0.0)
+
+
+@pytest.mark.parametrize("smoothing", [-0.5, math.nan, math.inf])
+def test_the_smoothing_must_be_zero_or_positive(smoothing):
+    words = f"the smoothing must be 0 or a positive number, not {smoothing}"
+    with pytest.raises(LandmarkError, match=words):
+        edits.set_smoothing(PROJECT, smoothing)
+
+
+def test_a_pair_is_added_last():
+    new = replace(ONE, id="u3", name="gall")
+    assert edits.add_pair(PROJECT, new).pairs == (ONE, TWO, new)
+
+
+@pytest.mark.parametrize("taken", [{"id": "u1"}, {"name": "calyx"}])
+def test_a_pair_with_the_id_or_name_of_another_is_refused(taken):
+    new = replace(ONE, **{"id": "u3", "name": "gall", **taken})
+    words = "there is a landmark named calyx already; choose another name"
+    with pytest.raises(LandmarkError, match=words):
+        edits.add_pair(PROJECT, new)
+
+
+def test_a_pair_of_the_users_own_is_removed_and_a_boundary_pair_is_given_no_weight():
+    edited = edits.remove_pairs(PROJECT, ["u1", "hole-02"])
+    assert edited == replace(PROJECT, pairs=(TWO,), weights={"upper-01": 0.5, "hole-02": 0.0})
+
+
+def test_removing_nothing_changes_nothing():
+    assert edits.remove_pairs(PROJECT, []) == PROJECT
+
+
+def test_a_pair_is_renamed():
+    assert edits.rename_pair(PROJECT, "u1", "gall").pairs == (replace(ONE, name="gall"), TWO)
+    assert edits.rename_pair(PROJECT, "u1", "calyx") == PROJECT
+
+
+@pytest.mark.parametrize("name", ["", "  ", "\t"])
+def test_a_pair_needs_a_name(name):
+    with pytest.raises(LandmarkError, match="a landmark needs a name"):
+        edits.rename_pair(PROJECT, "u1", name)
+
+
+def test_two_pairs_cannot_have_one_name():
+    words = "there is a landmark named tip already; choose another name"
+    with pytest.raises(LandmarkError, match=words):
+        edits.rename_pair(PROJECT, "u1", "tip")
+
+
+def test_either_end_of_a_pair_of_the_users_own_moves():
+    assert edits.place_pair(PROJECT, "u1", "source", (7.0, 8.0, 9.0)).pairs[0] == replace(
+        ONE, source=(7.0, 8.0, 9.0)
+    )
+    assert edits.place_pair(PROJECT, "u2", "target", 0.75).pairs[1] == replace(TWO, target=0.75)
+
+
+@pytest.mark.parametrize(("place", "kept"), [(0.25, 0.25), (-0.5, 0.0), (1.5, 1.0)])
+def test_the_target_of_a_boundary_pair_moves_along_its_curve_and_not_beyond(place, kept):
+    edited = edits.place_pair(PROJECT, "upper-01", "target", place)
+    assert edited == replace(PROJECT, moved={"hole-01": 0.1, "upper-01": kept})
+
+
+@pytest.mark.parametrize(("role", "place"), [("source", 0.5), ("target", (1.0, 2.0, 3.0))])
+def test_a_boundary_pair_moves_in_no_other_way(role, place):
+    words = "a boundary landmark moves only along its curve, and only on the target"
+    with pytest.raises(LandmarkError, match=words):
+        edits.place_pair(PROJECT, "upper-01", role, place)
+
+
+def test_a_pair_cannot_move_to_a_place_of_another_kind():
+    with pytest.raises(LandmarkError, match="landmark calyx is interior but lies at"):
+        edits.place_pair(PROJECT, "u1", "target", 0.5)
+
+
+@pytest.mark.parametrize("role", ["source", "target"])
+def test_one_brain_is_changed_and_the_other_stays(role):
+    assert edits.set_brain(PROJECT, role, OTHER) == replace(PROJECT, **{role: OTHER})
