@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import igl
 import numpy as np
@@ -25,12 +25,14 @@ def kuhn_structure() -> Booleans:
     return structure
 
 
+FEWEST_VOXELS = 8
+
+
 @dataclass(frozen=True)
 class SolidParameters:
     """How finely a brain is cut into voxels."""
 
     voxels_across: int = 60  # from the dorsal to the ventral end
-    closing: float = 1.5  # cracks and mouths of cavities up to twice as wide are closed, voxels
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +55,7 @@ class VoxelSolid:
 def voxelize(mesh: SurfaceMesh, parameters: SolidParameters, report: Report) -> VoxelSolid:
     """Return the voxels inside a surface, whatever holes, sheets and crossings it has.
 
-    A voxel is inside where the generalised winding number exceeds one half; cracks are closed, and
-    what that leaves is reduced to its largest component without cavities.
+    A voxel is inside where the generalised winding number exceeds one half.
 
     Parameters
     ----------
@@ -64,7 +65,7 @@ def voxelize(mesh: SurfaceMesh, parameters: SolidParameters, report: Report) -> 
     Raises
     ------
     MeshError
-        No voxel is inside.
+        Fewer than 8 voxels across are asked for, or no voxel is inside.
 
     References
     ----------
@@ -72,6 +73,10 @@ def voxelize(mesh: SurfaceMesh, parameters: SolidParameters, report: Report) -> 
     numbers, ACM TOG 32(4), 2013, doi:10.1145/2461912.2461916. Fast evaluation: Barill et al.,
     ACM TOG 37(4), 2018, doi:10.1145/3197517.3201337.
     """
+    if parameters.voxels_across < FEWEST_VOXELS:
+        raise MeshError(
+            f"{parameters.voxels_across} voxels across cannot show a brain; use at least {FEWEST_VOXELS}"
+        )
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     pitch = float(np.ptp(mesh.vertices[:, find_frame(mesh.vertices).dorso_ventral]))
     pitch /= parameters.voxels_across
@@ -82,8 +87,23 @@ def voxelize(mesh: SurfaceMesh, parameters: SolidParameters, report: Report) -> 
     bvh.init(mesh.vertices, mesh.faces)
     winding_number = in_chunks(bvh.winding_number, grid, report, "finding the inside of the brain")
     inside = (winding_number > 0.5).reshape(shape)
-    closed = largest_component(close_cracks(inside, parameters.closing))
-    return VoxelSolid(closed, origin, pitch)
+    if not inside.any():
+        raise MeshError(
+            "the surface encloses nothing at this resolution, or is turned inside out; "
+            "check the file or use more voxels"
+        )
+    return VoxelSolid(inside, origin, pitch)
+
+
+def close_solid(solid: VoxelSolid, radius: float) -> VoxelSolid:
+    """Return the largest component of a solid with cracks closed and cavities filled.
+
+    Parameters
+    ----------
+    radius : float
+        Cracks, tunnels and mouths of cavities up to twice as wide are closed, voxels.
+    """
+    return replace(solid, inside=largest_component(close_cracks(solid.inside, radius)))
 
 
 def close_cracks(inside: Booleans, radius: float) -> Booleans:
@@ -100,19 +120,9 @@ def close_cracks(inside: Booleans, radius: float) -> Booleans:
 
 
 def largest_component(inside: Booleans) -> Booleans:
-    """Return the largest component of a solid with its cavities filled, on the Kuhn grid.
-
-    Raises
-    ------
-    MeshError
-        Nothing is inside.
-    """
+    """Return the largest component of a solid, which has one, its cavities filled, on the Kuhn grid."""
     structure = kuhn_structure()
-    labels, count = ndimage.label(inside, structure)
-    if count == 0:
-        raise MeshError(
-            "the surface encloses nothing: it has no inside at this resolution or is turned inside out"
-        )
+    labels, _ = ndimage.label(inside, structure)
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0
     return np.asarray(ndimage.binary_fill_holes(labels == sizes.argmax(), structure))

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
 
 from flyreg_core.carve import Carving, Handle, carve
+from flyreg_core.errors import TopologyError
 from flyreg_core.frame import BrainFrame, find_frame
 from flyreg_core.isosurface import extract_surface
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.progress import Report, within
-from flyreg_core.solid import VoxelSolid, kuhn_structure
+from flyreg_core.solid import VoxelSolid, close_solid, kuhn_structure
 from flyreg_core.surface_distance import distances_to_surface
 from flyreg_core.trim import TrimParameters, TrimPlanes, find_trim_planes, plane_depth, trim
 
+CLOSING = (1.5, 1.0, 0.0)
+"""Radii by which cracks are closed, voxels; the next is tried where one closes the oesophagus."""
 SMALLEST_DEPTH = 0.05
 """Depth given to a voxel that lies on the other side of the original surface, in voxels."""
 
@@ -54,12 +58,27 @@ def make_torus(
         See `trim.trim` and `carve.carve`.
     """
     frame = find_frame(original.vertices)
-    planes = find_trim_planes(solid, frame, parameters)
-    carving = carve(trim(solid, frame, planes), frame, within(report, 0.0, 0.6))
+    planes = find_trim_planes(close_solid(solid, 0.0), frame, parameters)
+    carving = _carve_open(solid, frame, planes, within(report, 0.0, 0.6))
     field = _depth(original, carving, frame, planes, within(report, 0.6, 1.0))
     surface = extract_surface(field, solid.origin, solid.pitch)
     filled = float(carving.filled.sum()) * solid.pitch**3
     return Torus(surface, frame, planes, solid.pitch, carving.handles, carving.membrane, filled)
+
+
+def _carve_open(
+    solid: VoxelSolid, frame: BrainFrame, planes: TrimPlanes, report: Report
+) -> Carving:
+    """Close cracks as far as leaves the oesophagus open, and carve.
+
+    Raw surfaces have sheets inside the brain whose hollows reach the outside through cracks; such
+    pockets are not anatomy and would flatten to nothing.
+    """
+    *wider, narrowest = CLOSING
+    for radius in wider:
+        with contextlib.suppress(TopologyError):
+            return carve(trim(close_solid(solid, radius), frame, planes), frame, report)
+    return carve(trim(close_solid(solid, narrowest), frame, planes), frame, report)
 
 
 def _depth(

@@ -1,0 +1,240 @@
+"""The whole method: what is computed again after which edit, and that memory changes nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flyreg_core import edits
+from flyreg_core.brain_files import open_brain
+from flyreg_core.cut import CutParameters
+from flyreg_core.errors import Cancelled, FlyregError, LandmarkError
+from flyreg_core.landmarks import LandmarkPair
+from flyreg_core.pipeline import Memo, Pipeline, Results
+from flyreg_core.progress import ignore
+from flyreg_core.project import Project
+from flyreg_core.smooth import SmoothParameters
+
+SEVERAL_MICROMETRES = 2.0
+
+
+@pytest.fixture(scope="module")
+def pipeline() -> Pipeline:
+    return Pipeline()
+
+
+@pytest.fixture(scope="module")
+def results(pipeline: Pipeline, demo_project: Project) -> Results:
+    return pipeline.run(demo_project)
+
+
+def stages_run(pipeline: Pipeline, project: Project) -> set[str]:
+    """Return the stages that a run computed."""
+    seconds = pipeline.run(project).seconds
+    return {name for name, duration in seconds.items() if duration > 0}
+
+
+def interior_pair(results: Results, shift: float = 0.0) -> LandmarkPair:
+    """Return a pair between corresponding places in the middle of a half, the target end moved."""
+    half = results.source.halves["anterior"]
+    middle = np.abs(half.plane - [0.0, 0.65]).sum(axis=1).argmin()
+    vertex = half.vertex_of[middle]
+    source = results.source.surface.vertices[vertex]
+    target = results.registration.surface.vertices[vertex] + [shift, 0, 0]
+    return LandmarkPair("user-a", "a", "interior", None, tuple(source), tuple(target))
+
+
+@pytest.mark.parametrize(
+    ("edit", "expected"),
+    [
+        (lambda p: p, set()),
+        (lambda p: edits.set_smoothing(p, 0.3), {"spline", "lift", "distances"}),
+        (lambda p: edits.set_weight(p, "upper-04", 5.0), {"spline", "lift", "distances"}),
+        (lambda p: edits.set_weight(p, "upper-04", 0.0), {"spline", "lift", "distances"}),
+        (
+            lambda p: edits.place_pair(p, "upper-04", "target", 0.31),
+            {"landmarks", "basis", "spline", "lift", "distances"},
+        ),
+        (
+            lambda p: edits.set_brain(p, "source", replace(p.source, cut=CutParameters(3.0))),
+            {"cut", "flatten", "prepared", "boundary landmarks", "landmarks", "basis"}
+            | {"spline", "lift", "distances"},
+        ),
+        (
+            lambda p: edits.set_brain(p, "target", replace(p.target, smooth=SmoothParameters(50))),
+            {"smooth", "cut", "flatten", "prepared", "boundary landmarks", "landmarks", "basis"}
+            | {"locators", "spline", "lift", "distances"},
+        ),
+    ],
+)
+def test_an_edit_reruns_only_what_follows_from_it(
+    demo_project: Project, edit: Callable[[Project], Project], expected: set[str]
+) -> None:
+    pipeline = Pipeline()
+    pipeline.run(demo_project)
+    assert stages_run(pipeline, edit(demo_project)) == expected
+
+
+def test_going_back_to_an_earlier_preparation_computes_nothing_slow(
+    pipeline: Pipeline, results: Results, demo_project: Project
+) -> None:
+    other = edits.set_brain(
+        demo_project, "source", replace(demo_project.source, cut=CutParameters(4.0))
+    )
+    pipeline.run(other)
+    slow = {"read", "solid", "torus", "simplify", "smooth", "cut", "flatten"}
+    assert not stages_run(pipeline, demo_project) & slow
+
+
+@settings(max_examples=8)
+@given(
+    steps=st.lists(
+        st.tuples(
+            st.sampled_from(["upper-04", "lower-02", "hole-03", "anterior-left-01"]),
+            st.sampled_from([0.0, 0.1, 1.0, 30.0]),
+            st.sampled_from([0.0, 1e-3, 1e-1]),
+        ),
+        min_size=1,
+        max_size=4,
+    )
+)
+def test_remembering_changes_no_vertex(
+    pipeline: Pipeline,
+    demo_project: Project,
+    steps: list[tuple[str, float, float]],
+) -> None:
+    project = demo_project
+    for identifier, weight, smoothing in steps:
+        project = edits.set_smoothing(edits.set_weight(project, identifier, weight), smoothing)
+        pipeline.run(project, measure=False)
+    kept = pipeline.run(project, measure=False).registration.surface.vertices
+    fresh = Pipeline().run(project, measure=False).registration.surface.vertices
+    assert np.array_equal(kept, fresh)
+
+
+def test_undoing_weights_and_lambda_restores_each_vertex(
+    pipeline: Pipeline, results: Results, demo_project: Project
+) -> None:
+    changed = edits.set_smoothing(edits.set_weight(demo_project, "upper-04", 30.0), 1.0)
+    moved = pipeline.run(changed, measure=False).registration.surface.vertices
+    assert not np.array_equal(moved, results.registration.surface.vertices)
+    back = pipeline.run(demo_project, measure=False).registration.surface.vertices
+    assert np.array_equal(back, results.registration.surface.vertices)
+
+
+def test_a_cancelled_run_leaves_what_was_remembered(demo_project: Project) -> None:
+    pipeline = Pipeline()
+    pipeline.run(demo_project)
+
+    def stop(fraction: float, text: str) -> None:
+        raise Cancelled
+
+    finer = replace(demo_project.source, cut=CutParameters(5.0))
+    with pytest.raises(Cancelled):
+        pipeline.run(edits.set_brain(demo_project, "source", finer), stop)
+    assert stages_run(pipeline, demo_project) == set()
+
+
+def test_a_stage_that_fails_keeps_its_last_result() -> None:
+    def divide(a: int, b: int, report: object) -> float:
+        return a / b
+
+    memo = Memo("divide", divide)
+    assert memo(6, 3, report=ignore) == 2
+    with pytest.raises(ZeroDivisionError):
+        memo(6, 0, report=ignore)
+    seconds = memo.seconds
+    assert memo(6, 3, report=ignore) == 2
+    assert memo.seconds == seconds
+
+
+def test_a_brain_registered_to_itself_stays_where_it_is(demo_project: Project) -> None:
+    project = replace(demo_project, target=demo_project.source)
+    results = Pipeline().run(project)
+    surface = results.source.surface
+    moved = np.abs(results.registration.surface.vertices - surface.vertices).max()
+    assert moved <= 1e-9 * surface.diagonal
+    assert results.distances is not None
+    assert results.distances.a_to_b.hausdorff_um <= 1e-6
+
+
+def test_a_landmark_of_the_user_pulls_its_place_towards_its_target(
+    pipeline: Pipeline, results: Results, demo_project: Project
+) -> None:
+    pair = interior_pair(results, shift=15.0)
+    before = pipeline.run(edits.add_pair(demo_project, replace(pair, weight=0.0)))
+    after = pipeline.run(edits.add_pair(demo_project, replace(pair, weight=100.0)))
+    residual = [r.registration.residual_um["user-a"] for r in (before, after)]
+    assert residual[1] < residual[0] - SEVERAL_MICROMETRES
+
+
+def test_a_heavier_landmark_leaves_a_smaller_residual(
+    pipeline: Pipeline, results: Results, demo_project: Project
+) -> None:
+    pair = interior_pair(results, shift=15.0)
+    residuals = [
+        pipeline.run(
+            edits.add_pair(demo_project, replace(pair, weight=weight)), measure=False
+        ).registration.residual_um["user-a"]
+        for weight in (0.01, 0.1, 1.0, 10.0)
+    ]
+    assert residuals == sorted(residuals, reverse=True)
+
+
+def test_a_half_made_landmark_is_named_and_not_used(
+    pipeline: Pipeline, results: Results, demo_project: Project
+) -> None:
+    pair = replace(interior_pair(results), target=None, name="calyx")
+    half_made = pipeline.run(edits.add_pair(demo_project, pair))
+    assert "landmark calyx has only one end and is not used" in half_made.warnings
+    assert np.array_equal(
+        half_made.registration.surface.vertices, results.registration.surface.vertices
+    )
+
+
+def test_a_landmark_on_different_halves_is_named_and_not_used(
+    pipeline: Pipeline, results: Results, demo_project: Project
+) -> None:
+    behind = results.target.halves["posterior"]
+    vertex = behind.vertex_of[np.abs(behind.plane - [0.0, 0.65]).sum(axis=1).argmin()]
+    target = tuple(results.target.surface.vertices[vertex])
+    pair = replace(interior_pair(results), target=target, name="calyx")
+    crossed = pipeline.run(edits.add_pair(demo_project, pair))
+    assert any("calyx lies on different halves" in warning for warning in crossed.warnings)
+    assert np.array_equal(
+        crossed.registration.surface.vertices, results.registration.surface.vertices
+    )
+
+
+def test_landmarks_left_on_one_line_are_refused_in_a_sentence(
+    pipeline: Pipeline, results: Results, demo_project: Project
+) -> None:
+    others = [mark.pair.id for mark in results.landmarks if mark.pair.kind != "upper"]
+    with pytest.raises(LandmarkError, match="lie on one line"):
+        pipeline.run(edits.set_weights(demo_project, others, 0.0))
+
+
+@pytest.mark.parametrize("pairing", ["coordinate", "arc length", "nearest"])
+def test_each_way_of_pairing_gives_a_closed_surface_without_folds(
+    pipeline: Pipeline, demo_project: Project, pairing: str
+) -> None:
+    boundary = replace(demo_project.boundary, pairing=pairing)  # type: ignore[arg-type]
+    results = pipeline.run(replace(demo_project, boundary=boundary))
+    assert [half.flipped for half in results.registration.halves.values()] == [0, 0]
+    assert results.registration.flipped_on_caps == 0
+
+
+def test_a_changed_file_is_noticed(tmp_path: Path, demo_project: Project) -> None:
+    copy = tmp_path / "brain.ply"
+    copy.write_bytes(Path(demo_project.source.input.path).read_bytes())
+    brain = replace(demo_project.source, input=open_brain(str(copy)))
+    content = copy.read_bytes()
+    copy.write_bytes(content[:-20] + content[-20:][::-1])
+    with pytest.raises(FlyregError, match="changed"):
+        Pipeline().prepare(brain)
