@@ -55,6 +55,7 @@ def run(request: Request) -> int:
         return application.exec()
     finally:
         sys.excepthook = previous_hook
+        window.deleteLater()
 
 
 def requested_project(request: Request) -> Project | None:
