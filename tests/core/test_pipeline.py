@@ -74,9 +74,11 @@ def interior_pair(results: Results, shift: float = 0.0) -> LandmarkPair:
     ],
 )
 def test_an_edit_reruns_only_what_follows_from_it(
-    demo_project: Project, edit: Callable[[Project], Project], expected: set[str]
+    pipeline: Pipeline,
+    demo_project: Project,
+    edit: Callable[[Project], Project],
+    expected: set[str],
 ) -> None:
-    pipeline = Pipeline()
     pipeline.run(demo_project)
     assert stages_run(pipeline, edit(demo_project)) == expected
 
@@ -92,7 +94,7 @@ def test_going_back_to_an_earlier_preparation_computes_nothing_slow(
     assert not stages_run(pipeline, demo_project) & slow
 
 
-@settings(max_examples=8)
+@settings(max_examples=3)
 @given(
     steps=st.lists(
         st.tuples(
@@ -128,8 +130,9 @@ def test_undoing_weights_and_lambda_restores_each_vertex(
     assert np.array_equal(back, results.registration.surface.vertices)
 
 
-def test_a_cancelled_run_leaves_what_was_remembered(demo_project: Project) -> None:
-    pipeline = Pipeline()
+def test_a_cancelled_run_leaves_what_was_remembered(
+    pipeline: Pipeline, demo_project: Project
+) -> None:
     pipeline.run(demo_project)
 
     def stop(fraction: float, text: str) -> None:
@@ -154,9 +157,11 @@ def test_a_stage_that_fails_keeps_its_last_result() -> None:
     assert memo.seconds == seconds
 
 
-def test_a_brain_registered_to_itself_stays_where_it_is(demo_project: Project) -> None:
+def test_a_brain_registered_to_itself_stays_where_it_is(
+    pipeline: Pipeline, demo_project: Project
+) -> None:
     project = replace(demo_project, target=demo_project.source)
-    results = Pipeline().run(project)
+    results = pipeline.run(project)
     surface = results.source.surface
     moved = np.abs(results.registration.surface.vertices - surface.vertices).max()
     assert moved <= 1e-9 * surface.diagonal
