@@ -174,7 +174,7 @@ def _prepare(arguments: argparse.Namespace) -> None:
     with _Progress() as progress:
         raw, torus = Pipeline().make_torus(brain, within(progress, 0.0, 0.8))
         simplified = simplify(torus.surface, brain.simplify, within(progress, 0.8, 0.9))
-        facts = prepare_report(raw, torus, simplified.surface, within(progress, 0.9, 1.0))
+        facts = prepare_report(raw, torus, simplified, within(progress, 0.9, 1.0))
     make_folder(arguments.output.resolve().parent)
     write_mesh(arguments.output, simplified.surface, brain.input.unit)
     for warning in simplified.warnings:

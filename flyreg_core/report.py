@@ -19,6 +19,7 @@ from flyreg_core.orientation import orientations
 from flyreg_core.pipeline import PreparedBrain, Results
 from flyreg_core.progress import Report
 from flyreg_core.project import BrainInput
+from flyreg_core.simplify import Simplified
 from flyreg_core.surface_distance import Distances, DistanceSummary, distances_to_surface
 from flyreg_core.torus import Torus
 
@@ -70,8 +71,9 @@ def _handle(handle: Handle) -> Facts:
     }
 
 
-def prepare_report(raw: SurfaceMesh, torus: Torus, surface: SurfaceMesh, report: Report) -> Facts:
+def prepare_report(raw: SurfaceMesh, torus: Torus, simplified: Simplified, report: Report) -> Facts:
     """Return what a prepared main brain is, and how far it leaves the original surface."""
+    surface = simplified.surface
     away = distances_to_surface(surface.vertices, raw, report)
     handle = torus.oesophagus
     return {
@@ -92,6 +94,17 @@ def prepare_report(raw: SurfaceMesh, torus: Torus, surface: SurfaceMesh, report:
             "chosen_by": "widest tunnel near the midline",
         },
         "filled_um3": torus.filled_um3,
+        "simplified": _simplified(torus, simplified),
+    }
+
+
+def _simplified(torus: Torus, simplified: Simplified) -> Facts:
+    return {
+        "vertices_before": len(torus.surface.vertices),
+        "vertices": len(simplified.surface.vertices),
+        "mean_distance_um": simplified.mean_distance_um,
+        "largest_distance_um": simplified.largest_distance_um,
+        "area_share": simplified.area_share,
     }
 
 
@@ -128,6 +141,7 @@ def _brain(prepared: PreparedBrain) -> Facts:
         "unit": brain.unit,
         "unit_known_by": brain.unit_known_by,
         "vertices": len(prepared.surface.vertices),
+        "simplified": _simplified(prepared.torus, prepared.simplified),
         "trim_um": {"right": prepared.torus.planes.right, "left": prepared.torus.planes.left},
         "oesophagus": _handle(prepared.torus.oesophagus),
     }

@@ -39,7 +39,7 @@ def test_the_signed_distance_from_the_surface_is_kept() -> None:
     end = SurfaceMesh(start.vertices * 2, start.faces)
     for offset in (-3.0, 4.0):
         moved = transform_points(start.vertices * (1 + offset / 100), start, end)
-        assert np.allclose(np.linalg.norm(moved.points, axis=1), 200 + offset, atol=0.02)
+        assert np.allclose(np.linalg.norm(moved.points, axis=1), 200 + offset, atol=0.1)
 
 
 def test_there_and_back_is_where_it_started() -> None:
