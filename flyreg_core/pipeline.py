@@ -298,8 +298,8 @@ def _warnings(
         ]
         if rivals:
             warnings.append(
-                f"{name}: {len(rivals)} more tunnels near the midline are nearly as wide as the one "
-                f"taken for the oesophagus ({brain.torus.oesophagus.width_um:.0f} um)"
+                f"{name}: the widest tunnel near the midline ({brain.torus.oesophagus.width_um:.0f} um) "
+                f"is taken for the oesophagus, but another is {rivals[0].width_um:.0f} um wide"
             )
     warnings += [
         f"landmark {pair.name} has only one end and is not used"
