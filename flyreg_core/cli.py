@@ -8,11 +8,12 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from flyreg_core.arguments import make_parser
 from flyreg_core.errors import FlyregError
 
 if TYPE_CHECKING:
@@ -22,13 +23,12 @@ if TYPE_CHECKING:
     from flyreg_core.project import Brain, Project
 
 DONE, WRONG_USAGE, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED = 0, 2, 3, 4, 130
-UNITS = ("nm", "um", "mm")
 BAR = 30
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
-    arguments = _parser().parse_args(argv)
+    arguments = make_parser(_COMMANDS).parse_args(argv)
     try:
         arguments.run(arguments)
     except FlyregError as error:
@@ -43,111 +43,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         _say(f"flyreg: an internal error; please report it with the file {_log_error()}")
         return INTERNAL_ERROR
     return DONE
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="flyreg",
-        description="Lay the surface of one fly brain on another.",
-        epilog="A BRAIN is a mesh file, or the label of a template such as JFRC2 or FCWB.",
-    )
-    parser.add_argument(
-        "--version", action=_ShowVersion, nargs=0, help="print the version and stop"
-    )
-    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    _add_inspect(commands)
-    _add_prepare(commands)
-    _add_register(commands)
-    _add_transform(commands)
-    _add_distance(commands)
-    return parser
-
-
-class _ShowVersion(argparse.Action):
-    """Look the version up only when it is asked for."""
-
-    def __call__(self, *_: object, **__: object) -> None:
-        from flyreg_core.project_file import program_version
-
-        print(f"flyreg {program_version()}")
-        sys.exit(DONE)
-
-
-def _add_command(
-    commands: argparse._SubParsersAction[argparse.ArgumentParser],
-    name: str,
-    run: Callable[[argparse.Namespace], None],
-    summary: str,
-) -> argparse.ArgumentParser:
-    command = commands.add_parser(name, help=summary, description=summary)
-    command.set_defaults(run=run)
-    command.add_argument("--json", action="store_true", help="print one JSON object on stdout")
-    return command
-
-
-def _add_brain_options(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--unit", choices=UNITS, help="unit of the file's coordinates")
-    command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
-    command.add_argument("--trim-right", type=float, metavar="UM", help="trim plane, smaller x")
-    command.add_argument("--trim-left", type=float, metavar="UM", help="trim plane, larger x")
-    command.add_argument("--vertices", type=int, metavar="N", help="simplify to N vertices")
-
-
-def _add_inspect(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    command = _add_command(commands, "inspect", _inspect, "Say what a brain is.")
-    command.add_argument("brain", metavar="BRAIN")
-    _add_brain_options(command)
-
-
-def _add_prepare(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    command = _add_command(
-        commands, "prepare", _prepare, "Write the main brain: closed, one component, one handle."
-    )
-    command.add_argument("brain", metavar="BRAIN")
-    command.add_argument("-o", "--output", required=True, type=Path, metavar="OUT.ply")
-    _add_brain_options(command)
-
-
-def _add_register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    command = _add_command(commands, "register", _register, "Lay the source on the target.")
-    command.add_argument("source", nargs="?", metavar="SOURCE")
-    command.add_argument("target", nargs="?", metavar="TARGET")
-    command.add_argument("-o", "--output", required=True, type=Path, metavar="DIR")
-    command.add_argument("--project", type=Path, metavar="P.flyreg", help="repeat a saved project")
-    command.add_argument("--landmarks", type=Path, metavar="FILE", help="landmark pairs to use too")
-    command.add_argument("--smoothing", type=float, metavar="X", help="lambda of the spline")
-    command.add_argument("--source-unit", choices=UNITS)
-    command.add_argument("--target-unit", choices=UNITS)
-    command.add_argument(
-        "--pairing",
-        choices=("coordinate", "arc length", "nearest"),
-        help="which places of the boundary curves belong together (the paper: nearest)",
-    )
-    command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
-    command.add_argument("--vertices", type=int, metavar="N", help="simplify both to N vertices")
-    command.add_argument("--smoothing-passes", type=int, metavar="N", help="default 500")
-    command.add_argument(
-        "--flattening-passes", type=int, metavar="N", help="average N times instead of solving"
-    )
-
-
-def _add_transform(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    command = _add_command(
-        commands, "transform", _transform, "Carry points near one surface to the other."
-    )
-    command.add_argument("project", type=Path, metavar="P.flyreg")
-    command.add_argument("points", type=Path, metavar="POINTS.csv")
-    command.add_argument("-o", "--output", required=True, type=Path, metavar="OUT.csv")
-    command.add_argument("--inverse", action="store_true", help="from the target to the source")
-    command.add_argument("--unit", choices=UNITS, help="unit of the points, if not their brain's")
-    command.add_argument("--reach", type=float, metavar="UM", help="farthest distance, default 10")
-
-
-def _add_distance(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    command = _add_command(commands, "distance", _distance, "Measure how far surfaces are apart.")
-    command.add_argument("a", metavar="A")
-    command.add_argument("b", metavar="B")
-    command.add_argument("--unit", choices=UNITS, help="unit of both, if it is not judged right")
 
 
 def _inspect(arguments: argparse.Namespace) -> None:
@@ -415,6 +310,15 @@ def _log_error() -> str:
     ) as log:
         traceback.print_exc(file=log)
     return log.name
+
+
+_COMMANDS = {
+    "inspect": _inspect,
+    "prepare": _prepare,
+    "register": _register,
+    "transform": _transform,
+    "distance": _distance,
+}
 
 
 if __name__ == "__main__":

@@ -1,0 +1,126 @@
+"""What can be given to the `flyreg` command."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+UNITS = ("nm", "um", "mm")
+
+Run = Callable[[argparse.Namespace], None]
+if TYPE_CHECKING:  # what `add_subparsers` returns has no public name
+    Commands = argparse._SubParsersAction[argparse.ArgumentParser]
+
+
+def make_parser(run: Mapping[str, Run]) -> argparse.ArgumentParser:
+    """Return the parser; `run` gives the function for each command's name."""
+    parser = argparse.ArgumentParser(
+        prog="flyreg",
+        description="Lay the surface of one fly brain on another.",
+        epilog="A BRAIN is a mesh file, or the label of a template such as JFRC2 or FCWB.",
+    )
+    parser.add_argument(
+        "--version", action=_ShowVersion, nargs=0, help="print the version and stop"
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    _add_inspect(commands, run)
+    _add_prepare(commands, run)
+    _add_register(commands, run)
+    _add_transform(commands, run)
+    _add_distance(commands, run)
+    return parser
+
+
+class _ShowVersion(argparse.Action):
+    """Look the version up only when it is asked for."""
+
+    def __call__(self, *_: object, **__: object) -> None:
+        from flyreg_core.project_file import program_version
+
+        sys.stdout.write(f"flyreg {program_version()}\n")
+        sys.exit(0)
+
+
+def _add_command(
+    commands: Commands,
+    name: str,
+    run: Run,
+    summary: str,
+) -> argparse.ArgumentParser:
+    command = commands.add_parser(name, help=summary, description=summary)
+    command.set_defaults(run=run)
+    command.add_argument("--json", action="store_true", help="print one JSON object on stdout")
+    return command
+
+
+def _add_brain_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--unit", choices=UNITS, help="unit of the file's coordinates")
+    command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
+    command.add_argument("--trim-right", type=float, metavar="UM", help="trim plane, smaller x")
+    command.add_argument("--trim-left", type=float, metavar="UM", help="trim plane, larger x")
+    command.add_argument("--vertices", type=int, metavar="N", help="simplify to N vertices")
+
+
+def _add_inspect(commands: Commands, run: Mapping[str, Run]) -> None:
+    command = _add_command(commands, "inspect", run["inspect"], "Say what a brain is.")
+    command.add_argument("brain", metavar="BRAIN")
+    _add_brain_options(command)
+
+
+def _add_prepare(commands: Commands, run: Mapping[str, Run]) -> None:
+    command = _add_command(
+        commands,
+        "prepare",
+        run["prepare"],
+        "Write the main brain: closed, one component, one handle.",
+    )
+    command.add_argument("brain", metavar="BRAIN")
+    command.add_argument("-o", "--output", required=True, type=Path, metavar="OUT.ply")
+    _add_brain_options(command)
+
+
+def _add_register(commands: Commands, run: Mapping[str, Run]) -> None:
+    command = _add_command(commands, "register", run["register"], "Lay the source on the target.")
+    command.add_argument("source", nargs="?", metavar="SOURCE")
+    command.add_argument("target", nargs="?", metavar="TARGET")
+    command.add_argument("-o", "--output", required=True, type=Path, metavar="DIR")
+    command.add_argument("--project", type=Path, metavar="P.flyreg", help="repeat a saved project")
+    command.add_argument("--landmarks", type=Path, metavar="FILE", help="landmark pairs to use too")
+    command.add_argument("--smoothing", type=float, metavar="X", help="lambda of the spline")
+    command.add_argument("--source-unit", choices=UNITS)
+    command.add_argument("--target-unit", choices=UNITS)
+    command.add_argument(
+        "--pairing",
+        choices=("coordinate", "arc length", "nearest"),
+        help="which places of the boundary curves belong together (the paper: nearest)",
+    )
+    command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
+    command.add_argument("--vertices", type=int, metavar="N", help="simplify both to N vertices")
+    command.add_argument("--smoothing-passes", type=int, metavar="N", help="default 500")
+    command.add_argument(
+        "--flattening-passes", type=int, metavar="N", help="average N times instead of solving"
+    )
+
+
+def _add_transform(commands: Commands, run: Mapping[str, Run]) -> None:
+    command = _add_command(
+        commands, "transform", run["transform"], "Carry points near one surface to the other."
+    )
+    command.add_argument("project", type=Path, metavar="P.flyreg")
+    command.add_argument("points", type=Path, metavar="POINTS.csv")
+    command.add_argument("-o", "--output", required=True, type=Path, metavar="OUT.csv")
+    command.add_argument("--inverse", action="store_true", help="from the target to the source")
+    command.add_argument("--unit", choices=UNITS, help="unit of the points, if not their brain's")
+    command.add_argument("--reach", type=float, metavar="UM", help="farthest distance, default 10")
+
+
+def _add_distance(commands: Commands, run: Mapping[str, Run]) -> None:
+    command = _add_command(
+        commands, "distance", run["distance"], "Measure how far surfaces are apart."
+    )
+    command.add_argument("a", metavar="A")
+    command.add_argument("b", metavar="B")
+    command.add_argument("--unit", choices=UNITS, help="unit of both, if it is not judged right")
