@@ -9,16 +9,21 @@ import numpy as np
 from flyreg_core import progress
 from flyreg_core.boundary import find_curves
 from flyreg_core.caps import find_caps
-from flyreg_core.correspondence import FlatBrain, boundary_pairs, place_landmarks
+from flyreg_core.correspondence import (
+    FlatBrain,
+    PlacedLandmark,
+    boundary_pairs,
+    place_landmarks,
+)
 from flyreg_core.cut import CutParameters, dissect
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.halves import lay_flat
-from flyreg_core.landmarks import HALVES, LandmarkPair, LandmarkParameters
+from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair, LandmarkParameters
 from flyreg_core.lift import Registration, build_locators, register
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.smooth import SmoothParameters, smooth
 from flyreg_core.solid import SolidParameters, VoxelSolid, voxelize
-from flyreg_core.thin_plate_spline import fit_thin_plate_spline, kernel
+from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline, kernel
 from flyreg_core.torus import Torus, make_torus
 from flyreg_core.trim import TrimParameters
 
@@ -68,15 +73,25 @@ def register_pair(
     """Register one prepared brain to another by its boundary pairs and the given ones."""
     pairs = boundary_pairs(source.flat, target.flat, parameters) + pairs
     landmarks = place_landmarks(source.flat, target.flat, pairs)
-    splines, kernels = {}, {}
-    for half in HALVES:
-        acting = [mark for mark in landmarks if half in mark.plane]
-        ends = np.array([mark.plane[half] for mark in acting])
-        weights = np.array([mark.pair.weight for mark in acting])
-        splines[half] = fit_thin_plate_spline(ends[:, 0], ends[:, 1], weights, smoothing)
-        kernels[half] = kernel(source.flat.halves[half].plane, splines[half].centers)
+    splines = fit_splines(landmarks, smoothing)
+    kernels = {
+        half: kernel(source.flat.halves[half].plane, splines[half].centers) for half in HALVES
+    }
     caps = find_caps(source.flat.dissection, source.flat.curves)
     locators = build_locators(target.flat)
     return register(
         source.flat, caps, target.flat, locators, splines, kernels, landmarks, progress.ignore
     )
+
+
+def fit_splines(
+    landmarks: tuple[PlacedLandmark, ...], smoothing: float
+) -> dict[HalfName, ThinPlateSpline]:
+    """Fit one spline for each half to the landmarks that act in it."""
+    splines = {}
+    for half in HALVES:
+        acting = [mark for mark in landmarks if half in mark.plane]
+        ends = np.array([mark.plane[half] for mark in acting])
+        weights = np.array([mark.pair.weight for mark in acting])
+        splines[half] = fit_thin_plate_spline(ends[:, 0], ends[:, 1], weights, smoothing)
+    return splines

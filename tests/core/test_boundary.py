@@ -7,6 +7,7 @@ from flyreg_core.boundary import Curve, curve_key, find_curves
 from flyreg_core.cut import PIECES, Dissection
 from flyreg_core.errors import TopologyError
 from flyreg_core.landmarks import CURVES, HALVES
+from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.topology import half_edges, unique_edges
 from tests.brains import PreparedBrain
 
@@ -117,6 +118,17 @@ def test_the_hole_starts_at_its_top_and_turns_towards_the_left(demo: PreparedBra
     assert bottom[1] > middle[1] + 0.2 * extent[1]
     assert left[0] > middle[0] + 0.2 * extent[0]
     assert right[0] < middle[0] - 0.2 * extent[0]
+
+
+def test_the_curves_do_not_depend_on_how_vertices_are_numbered(demo: PreparedBrain):
+    order = np.random.default_rng(1).permutation(len(demo.surface.vertices))
+    renumbered = SurfaceMesh(demo.surface.vertices[order], np.argsort(order)[demo.surface.faces])
+    before = demo.flat.dissection
+    dissection = Dissection(renumbered, before.piece_of_face, before.cut_knots)
+    shares = np.linspace(0, 1, 17)
+    for key, curve in find_curves(dissection, demo.torus.frame).items():
+        away = curve.at(shares) - demo.flat.curves[key].at(shares)
+        assert np.abs(away).max() < 1e-9 * demo.surface.diagonal
 
 
 @pytest.mark.parametrize("key", ALL)

@@ -115,6 +115,30 @@ def test_the_oesophagus_stays_as_wide_as_it_is():
     assert not filled[MIDDLE - 5 : MIDDLE + 6].any()
 
 
+def hourglass(narrow_layer):
+    """A block whose tunnel is 9 wide but for one layer, where it is 3 wide."""
+    inside = block((MIDDLE, 15, 4)).inside.copy()
+    inside[MIDDLE - 4 : MIDDLE + 5, 11:20, narrow_layer] = True
+    inside[MIDDLE - 1 : MIDDLE + 2, 14:17, narrow_layer] = False
+    return VoxelSolid(inside, ORIGIN, PITCH)
+
+
+@pytest.mark.parametrize("layer", [4, 7, 10])
+def test_a_tunnel_is_measured_at_its_narrowest_place(layer):
+    carving = carve(hourglass(layer), FRAME, ignore)
+    assert carving.oesophagus.center_um == pytest.approx(
+        ORIGIN + PITCH * np.array([MIDDLE, 15, layer])
+    )
+    assert carving.oesophagus.width_um == pytest.approx(PITCH * 4, abs=0.01)  # between full voxels
+
+
+@pytest.mark.parametrize("layer", [4, 7, 10])
+def test_the_membrane_spans_the_oesophagus_there(layer):
+    membrane = carve(hourglass(layer), FRAME, ignore).membrane
+    places = np.round((membrane - ORIGIN) / PITCH).astype(int).tolist()
+    assert sorted(places) == [[MIDDLE + x, 15 + y, layer] for x in (-1, 0, 1) for y in (-1, 0, 1)]
+
+
 def test_a_groove_is_no_tunnel():
     solid = block((MIDDLE, 15, 2))
     inside = solid.inside.copy()

@@ -5,15 +5,16 @@ from flyreg_resources.demo import deform
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flyreg_core.correspondence import place_landmarks
+from flyreg_core.correspondence import boundary_pairs, place_landmarks
 from flyreg_core.landmarks import HALVES, LandmarkPair, LandmarkParameters
 from flyreg_core.lift import build_locators, lift
 from flyreg_core.orientation import orientations
 from flyreg_core.progress import ignore
+from flyreg_core.rectangle import from_plane, wrapped
 from flyreg_core.surface_distance import distances_to_surface, measure_distances
 from flyreg_core.topology import compacted
 from flyreg_core.unfold import count_flipped
-from tests.brains import PreparedBrain, register_pair
+from tests.brains import PreparedBrain, fit_splines, register_pair
 
 SEEDS = st.integers(0, 2**32 - 1)
 BY_LENGTH = LandmarkParameters(pairing="arc length")
@@ -165,6 +166,32 @@ def test_boundaries_stay_boundaries_on_the_strip(demo_registration, source, half
     inner = np.setdiff1d(np.arange(len(uv)), np.concatenate([flat.outer, flat.hole]))
     assert uv[inner, 1].min() > 0
     assert uv[inner, 1].max() < 1
+
+
+@pytest.mark.parametrize("half", HALVES)
+def test_what_sewing_changes_at_a_boundary_fades_out_towards_the_other(source, target, half):
+    smoothing = 1.0  # so much that the spline misses the boundaries
+    pairs = boundary_pairs(source.flat, target.flat, LandmarkParameters())
+    spline = fit_splines(place_landmarks(source.flat, target.flat, pairs), smoothing)[half]
+    flat = source.flat.halves[half]
+    u, beta = from_plane(spline(flat.plane))
+    warped = register_pair(source, target, LandmarkParameters(), smoothing).halves[half]
+    change = np.stack(
+        [
+            wrapped(warped.flat.uv[:, 0] - u),
+            target.flat.halves[half].law.beta(warped.flat.uv[:, 1]) - beta,
+        ],
+        axis=1,
+    )
+    at = np.mod(flat.flat.uv[:, 0], 1)
+    expected = np.zeros_like(change)
+    for loop, share in ((flat.outer, flat.beta), (flat.hole, 1 - flat.beta)):
+        for axis in (0, 1):
+            expected[:, axis] += share * np.interp(at, at[loop], change[loop, axis], period=1)
+    kept = ~warped.is_mended
+    assert np.abs(change).max() > 1e-3
+    assert kept.mean() > 0.5
+    assert np.quantile(np.abs(change - expected)[kept], 0.999) < 1e-9
 
 
 def test_every_landmark_has_a_residual_and_without_smoothing_it_is_none(source, target):

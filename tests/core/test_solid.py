@@ -11,6 +11,7 @@ from flyreg_core.solid import (
     SolidParameters,
     VoxelSolid,
     close_cracks,
+    close_solid,
     kuhn_structure,
     largest_component,
     voxelize,
@@ -20,7 +21,7 @@ from tests.shapes import box, inside_out, sphere, together
 
 SEEDS = st.integers(0, 2**32 - 1)
 SIZE = np.array([60.0, 30.0, 15.0])
-RAW = SolidParameters(voxels_across=20, closing=0.0)
+RAW = SolidParameters(voxels_across=20)
 
 
 def centres(solid):
@@ -105,19 +106,44 @@ def test_a_missing_face_hardly_changes_the_solid():
     assert (one != other).sum() <= 0.001 * one.sum()
 
 
+def test_half_an_ellipsoid_without_its_base_is_solid_up_to_the_base():
+    # from any point of the base the dome fills half of the view: winding number one half
+    vertices, faces = stretched(sphere(10.0, rounds=4), (3.0, 2.0, 1.9))
+    dome = SurfaceMesh(vertices, faces[(vertices[faces, 2] >= -1e-9).all(axis=1)])
+    solid = voxelize(dome, SolidParameters(30), ignore)
+    z = centres(solid)[..., 2]
+    away = np.linalg.norm(centres(solid) / [3, 2, 1.9], axis=-1) - 10
+    clear = (np.abs(away) > 0.2) & (np.abs(z) > 0.3 * solid.pitch)
+    assert np.array_equal(solid.inside[clear], ((away < 0) & (z > 0))[clear])
+
+
 def test_surfaces_that_cross_enclose_their_union():
     left, right = box((40.0, 30.0, 15.0), (-10, 0, 0)), box((40.0, 30.0, 15.0), (10, 0, 0))
     solid = voxelize(SurfaceMesh(*together(left, right)), RAW, ignore)
     assert_inside_box(solid, SIZE)
 
 
-def test_a_speck_beside_the_brain_is_left_out():
+def test_closing_leaves_out_a_speck_beside_the_brain():
     with_speck = together(box(tuple(SIZE)), box((4.0, 4.0, 4.0), (40, 0, 0)))
-    assert_inside_box(voxelize(SurfaceMesh(*with_speck), RAW, ignore), SIZE)
+    solid = voxelize(SurfaceMesh(*with_speck), RAW, ignore)
+    assert ndimage.label(solid.inside, kuhn_structure())[1] == 2
+    assert_inside_box(close_solid(solid, 0.0), SIZE)
+
+
+def test_closing_fills_cavities_and_cracks_and_keeps_the_place():
+    inside = np.zeros((16, 16, 16), dtype=bool)
+    inside[2:-2, 2:-2, 2:-2] = True
+    inside[6, 6, 6] = inside[9:11, :8] = False
+    solid = VoxelSolid(inside, np.array([1.0, 2.0, 3.0]), 0.5)
+    closed = close_solid(solid, 1.0)
+    assert closed.inside[6, 6, 6]
+    assert closed.inside[9:11, 4, 8].all()
+    assert not close_solid(solid, 0.0).inside[9:11, 4, 8].any()
+    assert (closed.origin.tolist(), closed.pitch) == ([1, 2, 3], 0.5)
 
 
 def test_a_surface_turned_inside_out_encloses_nothing():
-    with pytest.raises(MeshError, match="the surface encloses nothing: it has no inside at this"):
+    with pytest.raises(MeshError, match="the surface encloses nothing at this resolution, or is"):
         voxelize(SurfaceMesh(*inside_out(box(tuple(SIZE)))), RAW, ignore)
 
 
@@ -189,6 +215,8 @@ def test_cavities_are_filled():
     assert largest_component(inside).sum() == 125
 
 
-def test_a_solid_of_nothing_has_no_component():
-    with pytest.raises(MeshError, match="the surface encloses nothing"):
-        largest_component(np.zeros((4, 4, 4), dtype=bool))
+@pytest.mark.parametrize("across", [7, 0, -3])
+def test_too_few_voxels_to_show_a_brain_are_refused(across):
+    words = f"{across} voxels across cannot show a brain; use at least 8"
+    with pytest.raises(MeshError, match=words):
+        voxelize(SurfaceMesh(*box(tuple(SIZE))), SolidParameters(across), ignore)

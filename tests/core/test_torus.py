@@ -104,6 +104,14 @@ def test_a_block_with_a_tunnel_has_the_volume_of_a_block_with_a_tunnel():
     assert torus.oesophagus.width_um == pytest.approx(TUNNEL, abs=2 * torus.pitch)
 
 
+@pytest.mark.parametrize("voxels", [2, 3])
+def test_an_oesophagus_no_wider_than_a_crack_stays_open(voxels):
+    width = voxels * SIZE[1] / 27
+    torus = made(block_with_tunnels((0, 0), width=width))
+    assert_torus(torus.surface)
+    assert torus.oesophagus.width_um == pytest.approx(width, abs=2 * torus.pitch)
+
+
 def test_flat_faces_are_drawn_flat():
     surface = made(block_with_tunnels((0, 0))).surface
     top = surface.vertices[surface.vertices[:, 2] > 40]
