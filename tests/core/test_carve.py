@@ -116,8 +116,8 @@ def test_the_oesophagus_stays_as_wide_as_it_is():
 
 
 def hourglass(narrow_layer):
-    """A block whose tunnel is 9 wide but for one layer, where it is 3 wide."""
-    inside = block((MIDDLE, 15, 4)).inside.copy()
+    """A block whose tunnel is 9 wide but for one layer, where it is 3 wide; another is beside it."""
+    inside = block((MIDDLE, 15, 4), (9, 10, 2)).inside.copy()
     inside[MIDDLE - 4 : MIDDLE + 5, 11:20, narrow_layer] = True
     inside[MIDDLE - 1 : MIDDLE + 2, 14:17, narrow_layer] = False
     return VoxelSolid(inside, ORIGIN, PITCH)
