@@ -62,13 +62,14 @@ class LandmarkTable(QAbstractTableModel):
     def show(self, project: Project | None, results: Results | None) -> None:
         """Show the landmarks of a project; `results` may be those of an earlier one."""
         rows = _rows(project, results)
+        changed = rows != self._rows
         same = [row.pair.id for row in rows] == [row.pair.id for row in self._rows]
         if not same:
             self.beginResetModel()
         self._rows = rows
         if not same:
             self.endResetModel()
-        elif rows:
+        elif changed:
             self.dataChanged.emit(self.index(0, 0), self.index(len(rows) - 1, len(Column) - 1))
 
     def pair(self, row: int) -> LandmarkPair:

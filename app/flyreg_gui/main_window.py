@@ -38,6 +38,7 @@ from flyreg_gui.session import Session
 from flyreg_gui.status import StatusBar
 from flyreg_gui.theme import Theme, current_theme
 from flyreg_gui.view_state import read_view_state, view_state
+from flyreg_gui.views.graphics import PRINT, samples_per_pixel
 from flyreg_gui.views.view_area import ViewArea
 
 BLEND_AT_FIRST = 20
@@ -229,7 +230,12 @@ class MainWindow(QMainWindow):
 
     def picture(self) -> QPixmap:
         """Return a picture of the whole window, the views included."""
-        return self.grab()
+        for frame in self.view_area.frames:
+            frame.canvas.set_samples(PRINT)
+        picture = self.grab()
+        for frame in self.view_area.frames:
+            frame.canvas.set_samples(samples_per_pixel())
+        return picture
 
     def _show_help(self, title: str, name: str) -> None:
         HelpWindow(title, name, self).show()

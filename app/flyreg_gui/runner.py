@@ -16,7 +16,7 @@ from flyreg_core.pipeline import Results
 from flyreg_core.progress import Report
 from flyreg_core.project import Project
 
-SECONDS_BETWEEN_REPORTS = 0.05
+SECONDS_BETWEEN_REPORTS = 0.2
 
 
 class RunsProjects(Protocol):

@@ -80,8 +80,8 @@ class LandmarksPanel(QWidget):
         table.weight_drag_started.connect(session.begin_gesture)
         table.weight_dragged.connect(self._on_row_dragged)
         table.weight_drag_ended.connect(session.end_gesture)
-        table.delegate.typed.connect(self._on_row_dragged)
-        table.delegate.renamed.connect(self._on_renamed)
+        table.weights.typed.connect(self._on_row_dragged)
+        table.names.renamed.connect(self._on_renamed)
         table.doubleClicked.connect(lambda index: self.look_at_asked.emit(index.data(ID_ROLE)))
         table.selectionModel().selectionChanged.connect(self._on_rows_selected)
         for slider in (self.weight_slider, self.smoothing_slider):

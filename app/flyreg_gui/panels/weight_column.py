@@ -39,17 +39,23 @@ def groove_of(cell: QRect) -> QRectF:
     return QRectF(cell.x() + INSET, cell.center().y() - GROOVE / 2 + 0.5, width, GROOVE)
 
 
+class NameDelegate(QStyledItemDelegate):
+    """Tells of new names instead of putting them into the model."""
+
+    renamed = Signal(str, str)  # id, name
+
+    def setModelData(self, editor: QWidget, model: QAbstractItemModel, index: Index) -> None:
+        """Tell what was typed; the model changes when the project does."""
+        self.renamed.emit(str(index.data(ID_ROLE)), str(editor.property("text")).strip())
+
+
 class WeightDelegate(QStyledItemDelegate):
     """Draws a slider and the number; gives an editor for the number."""
 
     typed = Signal(str, float)  # id, weight
-    renamed = Signal(str, str)  # id, name
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Draw a slider and its number; other cells as usual."""
-        if index.column() != Column.WEIGHT:
-            super().paint(painter, option, index)
-            return
+        """Draw a slider and its number."""
         styled = QStyleOptionViewItem(option)
         self.initStyleOption(styled, index)
         number = QRect(styled.rect)
@@ -73,25 +79,18 @@ class WeightDelegate(QStyledItemDelegate):
     def createEditor(
         self, parent: QWidget, option: QStyleOptionViewItem, index: Index
     ) -> QLineEdit:
-        """Return a field to type in; for weights it takes numbers only."""
+        """Return a field that takes weights only."""
         editor = QLineEdit(parent)
-        if index.column() == Column.WEIGHT:
-            editor.setValidator(QDoubleValidator(0.0, 1e6, 6, editor))
+        editor.setValidator(QDoubleValidator(0.0, 1e6, 6, editor))
         return editor
 
     def setEditorData(self, editor: QWidget, index: Index) -> None:
-        """Put the present value into the field."""
-        value = index.data(Qt.ItemDataRole.EditRole)
-        editor.setProperty("text", f"{value:g}" if isinstance(value, float) else str(value))
+        """Put the present weight into the field."""
+        editor.setProperty("text", f"{index.data(Qt.ItemDataRole.EditRole):g}")
 
     def setModelData(self, editor: QWidget, model: QAbstractItemModel, index: Index) -> None:
         """Tell what was typed; the model changes when the project does."""
-        text = str(editor.property("text"))
-        identifier = str(index.data(ID_ROLE))
-        if index.column() == Column.WEIGHT:
-            self.typed.emit(identifier, float(text))
-        else:
-            self.renamed.emit(identifier, text.strip())
+        self.typed.emit(str(index.data(ID_ROLE)), float(str(editor.property("text"))))
 
 
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -131,8 +130,9 @@ class LandmarkTableView(QTableView):
 
     def __init__(self) -> None:
         super().__init__()
-        self.delegate = WeightDelegate(self)
-        self.setItemDelegate(self.delegate)
+        self.weights, self.names = WeightDelegate(self), NameDelegate(self)
+        self.setItemDelegateForColumn(Column.WEIGHT, self.weights)
+        self.setItemDelegateForColumn(Column.NAME, self.names)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.DoubleClicked)

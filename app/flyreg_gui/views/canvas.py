@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QWidget
 from pyvistaqt import QtInteractor
 
 from flyreg_gui.theme import Theme, unit
+from flyreg_gui.views.graphics import samples_per_pixel
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +34,7 @@ class Canvas(QtInteractor):
     resized = Signal()
 
     def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent, auto_update=False, multi_samples=4)
+        super().__init__(parent, auto_update=False, multi_samples=samples_per_pixel())
         self.setAcceptDrops(False)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setMinimumSize(120, 90)
@@ -45,6 +46,11 @@ class Canvas(QtInteractor):
         """Have the scene drawn again, soon and once."""
         self.renderer.ResetCameraClippingRange()
         self.update()
+
+    def set_samples(self, samples: int) -> None:
+        """Draw with so many samples per pixel from now on."""
+        window: Any = self.ren_win
+        window.SetMultiSamples(samples)
 
     def show_theme(self, theme: Theme) -> None:
         """Take the background of a theme."""

@@ -36,12 +36,17 @@ class SurfaceLayer:
         self._plotter, self._name, self._lit = plotter, name, lit
         self._faces: Integers | None = None
         self._colors: Colors | None = None
+        self._shown: tuple[object, object, object] = (None, None, None)
         self._normals: _VertexNormals | None = None
         self._polydata = pv.PolyData()
         self.actor: pv.Actor | None = None
 
-    def show(self, vertices: Floats, faces: Integers, colors: Colors) -> None:
-        """Draw a mesh; if only its vertices moved since the last time, move them."""
+    def show(self, vertices: Floats, faces: Integers, colors: Colors) -> bool:
+        """Draw a mesh; if only its vertices moved, move them. Tell whether anything changed."""
+        shown = (vertices, faces, colors)
+        if self.actor is not None and all(a is b for a, b in zip(shown, self._shown, strict=True)):
+            return False
+        self._shown = shown
         if self.actor is not None and faces is self._faces:
             _put(self._polydata.points, vertices)
             if colors is not self._colors:
@@ -52,6 +57,7 @@ class SurfaceLayer:
         if self._normals is not None:
             _put(self._polydata.point_data.active_normals, self._normals(vertices))
         self._polydata.Modified()
+        return True
 
     def _build(self, vertices: Floats, faces: Integers, colors: Colors) -> None:
         points: Any = vertices.astype(np.float32)  # a copy: VTK writes through shared arrays

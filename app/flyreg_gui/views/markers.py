@@ -30,6 +30,17 @@ class MarkerStyle:
     colors: NDArray[np.uint8]  # (n, 3)
     is_selected: NDArray[np.bool_]  # (n,)
 
+    def looks_like(self, other: MarkerStyle) -> bool:
+        """Tell whether landmarks of another style would look the same."""
+        return (self.ids, self.names) == (other.ids, other.names) and all(
+            np.array_equal(mine, its)
+            for mine, its in (
+                (self.sizes, other.sizes),
+                (self.colors, other.colors),
+                (self.is_selected, other.is_selected),
+            )
+        )
+
 
 def style_markers(
     landmarks: Sequence[PlacedLandmark], selected: Collection[str], theme: Theme

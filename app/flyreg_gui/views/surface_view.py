@@ -35,6 +35,7 @@ class SurfaceView:
         self._ids: tuple[str, ...] = ()
         self._space: ViewSpace | None = None
         self._theme: Theme | None = None
+        self._style: MarkerStyle | None = None
         self._is_home = True
         self._overlay_opacity = 0.0
         canvas.renderer.GetActiveCamera().SetViewAngle(VIEW_ANGLE)
@@ -54,7 +55,7 @@ class SurfaceView:
         self, vertices: Floats, faces: Integers, colors: NDArray[np.uint8], space: ViewSpace
     ) -> None:
         """Draw the brain; the camera moves only to a brain that was not on show before."""
-        self.surface.show(vertices, faces, colors)
+        changed = self.surface.show(vertices, faces, colors)
         if space is not self._space:
             was_home = self._is_home or self._space is None
             pose = self.pose()
@@ -63,13 +64,14 @@ class SurfaceView:
                 self.go_home()
             else:
                 self.set_pose(pose)
-        self.canvas.refresh()
+        if changed:
+            self.canvas.refresh()
 
     def show_overlay(self, vertices: Floats, faces: Integers, colors: NDArray[np.uint8]) -> None:
         """Draw a second brain over the first, as far as the opacity lets it."""
-        self.overlay.show(vertices, faces, colors)
-        self.overlay.bring_forward(OVERLAY_STEPS)
-        self.overlay.set_opacity(self._overlay_opacity)
+        if self.overlay.show(vertices, faces, colors):
+            self.overlay.bring_forward(OVERLAY_STEPS)
+            self.overlay.set_opacity(self._overlay_opacity)
 
     def set_overlay_opacity(self, opacity: float) -> None:
         """Let the second brain cover the first more or less."""
@@ -79,8 +81,13 @@ class SurfaceView:
 
     def show_landmarks(self, points: Floats, style: MarkerStyle) -> None:
         """Draw landmarks at (n, 3) points."""
+        radii = style.sizes * self._unit_radius()
+        known = self._style is not None and self._style.looks_like(style)
+        if known and np.array_equal(points, self._points) and np.array_equal(radii, self._radii):
+            return
+        self._style = style
         self._ids, self._points = style.ids, points
-        self._radii = style.sizes * self._unit_radius()
+        self._radii = radii
         self._markers.show(points, self._radii, style.colors)
         chosen = np.flatnonzero(style.is_selected)[:3]
         self._labels.show(points[chosen], [style.names[i] for i in chosen])
@@ -103,7 +110,7 @@ class SurfaceView:
         for markers in (self._markers, self._waiting):
             markers.show(NO_POINTS, np.zeros(0), np.zeros((0, 3), dtype=np.uint8))
         self._labels.show(NO_POINTS, [])
-        self._ids, self._points = (), NO_POINTS
+        self._ids, self._points, self._style = (), NO_POINTS, None
         self.canvas.refresh()
 
     def _unit_radius(self) -> float:
