@@ -22,7 +22,7 @@ from flyreg_core.landmarks import (
     LandmarkPair,
     LandmarkParameters,
 )
-from flyreg_core.mesh import Floats
+from flyreg_core.mesh import Floats, Integers
 from flyreg_core.rectangle import perimeter_share, to_plane, u_of_perimeter, wrapped
 
 LENGTH_SHARE = 0.1
@@ -46,6 +46,8 @@ class PlacedLandmark:
     pair: LandmarkPair
     source_point: Floats  # (3,), micrometres
     target_point: Floats  # (3,)
+    source_face: int  # where the source point lies on the source's surface
+    source_corners: Floats  # (3,) its barycentric coordinates there
     plane: Mapping[HalfName, tuple[Floats, Floats]]  # source and target (2,); empty: not usable
 
 
@@ -159,31 +161,58 @@ def place_landmarks(
     sources = _place_interior(source, np.array([pair.source for pair in interior]).reshape(-1, 3))
     targets = _place_interior(target, np.array([pair.target for pair in interior]).reshape(-1, 3))
     ends = {pair.id: both for pair, *both in zip(interior, sources, targets, strict=True)}
-    placed = []
+    points, planes = [], []
     for pair in complete:
         if pair.kind == "interior":
-            (from_half, from_point, from_plane), (to_half, to_point, to_plane_) = ends[pair.id]
-            plane = (
-                {from_half: (from_plane, to_plane_)} if from_half and from_half == to_half else {}
-            )
-            placed.append(PlacedLandmark(pair, from_point, to_point, plane))
+            (from_half, from_point, start), (to_half, to_point, end) = ends[pair.id]
+            points.append((from_point, to_point))
+            planes.append({from_half: (start, end)} if from_half and from_half == to_half else {})
         else:
-            placed.append(_place_on_boundary(source, target, pair))
-    return tuple(placed)
+            points.append(_boundary_points(source, target, pair))
+            planes.append(_boundary_planes(pair))
+    faces, corners = _on_surface(source, np.array([start for start, _ in points]).reshape(-1, 3))
+    return tuple(
+        PlacedLandmark(pair, start, end, int(face), corner, plane)
+        for pair, (start, end), face, corner, plane in zip(
+            complete, points, faces, corners, planes, strict=True
+        )
+    )
 
 
-def _place_on_boundary(source: FlatBrain, target: FlatBrain, pair: LandmarkPair) -> PlacedLandmark:
-    assert pair.kind != "interior"
-    key: CurveKey = (pair.kind, pair.half)
+def _boundary_points(
+    source: FlatBrain, target: FlatBrain, pair: LandmarkPair
+) -> tuple[Floats, Floats]:
+    key = _key(pair)
     ends = np.array([pair.source, pair.target])
-    beta = np.full(2, 0.0 if pair.kind == "hole" else 1.0)
-    plane = {}
-    for half in HALVES if pair.half is None else (pair.half,):
-        u = u_of_perimeter(half, perimeter_share(pair.kind, ends))
-        places = to_plane(u, beta)
-        plane[half] = (places[0], places[1])
-    source_point = source.curves[key].at(ends[:1])[0]
-    return PlacedLandmark(pair, source_point, target.curves[key].at(ends[1:])[0], plane)
+    return source.curves[key].at(ends[:1])[0], target.curves[key].at(ends[1:])[0]
+
+
+def _boundary_planes(pair: LandmarkPair) -> dict[HalfName, tuple[Floats, Floats]]:
+    name, own_half = _key(pair)
+    share = perimeter_share(name, np.array([pair.source, pair.target]))
+    beta = np.full(2, 0.0 if name == "hole" else 1.0)
+    planes = {}
+    for half in HALVES if own_half is None else (own_half,):
+        start, end = to_plane(u_of_perimeter(half, share), beta)
+        planes[half] = (start, end)
+    return planes
+
+
+def _key(pair: LandmarkPair) -> CurveKey:
+    if pair.kind == "interior":
+        raise ValueError(f"landmark {pair.name} lies on no curve")
+    return pair.kind, pair.half
+
+
+def _on_surface(brain: FlatBrain, points: Floats) -> tuple[Integers, Floats]:
+    """Return the face of the surface nearest to each point and barycentric coordinates there."""
+    surface = brain.dissection.surface
+    _, faces, nearest = igl.point_mesh_squared_distance(points, surface.vertices, surface.faces)
+    triangles = surface.vertices[surface.faces[faces]]
+    corners = igl.barycentric_coordinates(
+        nearest, *(np.ascontiguousarray(triangles[:, corner]) for corner in range(3))
+    )
+    return faces, np.asarray(corners).reshape(-1, 3)
 
 
 def _place_interior(

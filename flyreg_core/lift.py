@@ -56,7 +56,7 @@ class Registration:
     surface: SurfaceMesh  # the source's faces, moved vertices
     halves: Mapping[HalfName, WarpedHalf]
     flipped_on_caps: int
-    residual_um: Mapping[str, float]  # by landmark id
+    residual_um: Mapping[str, float]  # by id of the landmarks that act, in the delivered surface
 
 
 def build_locators(target: FlatBrain) -> Locators:
@@ -119,7 +119,7 @@ def register(
     for key, curve in source.curves.items():
         vertices[curve.vertices] = target.curves[key].at(mapped[key])
     surface = SurfaceMesh(vertices, source.dissection.surface.faces)
-    residuals = _residuals(target, locators, splines, landmarks)
+    residuals = _residuals(surface, landmarks)
     return Registration(surface, halves, flipped_on_caps, residuals)
 
 
@@ -127,6 +127,10 @@ def lift(uv: Floats, target: FlatHalf, grid: TriangleGrid, points: Floats) -> Fl
     """Return the (k, 3) surface points of (k, 2) strip coordinates on a half (eq. 13)."""
     inside = np.stack([np.mod(uv[:, 0], 1.0), uv[:, 1]], axis=1)
     face, barycentric = find_triangles(grid, inside)
+    if (face < 0).any():
+        raise ValueError(
+            f"{(face < 0).sum()} flat places lie in no triangle of the {target.name} half"
+        )
     corners = points[target.vertex_of[target.faces[face]]]
     return np.asarray(np.einsum("ij,ijk->ik", barycentric, corners))
 
@@ -177,22 +181,12 @@ def _mend(
 
 
 def _residuals(
-    target: FlatBrain,
-    locators: Locators,
-    splines: Mapping[HalfName, ThinPlateSpline],
-    landmarks: tuple[PlacedLandmark, ...],
+    registered: SurfaceMesh, landmarks: tuple[PlacedLandmark, ...]
 ) -> Mapping[str, float]:
-    """Return how far each landmark's source ends from its target on the surface, micrometres."""
-    points = target.dissection.surface.vertices
-    residuals: dict[str, float] = {}
-    for half in HALVES:
-        acting = [mark for mark in landmarks if half in mark.plane]
-        if not acting:
-            continue
-        u, beta = from_plane(splines[half](np.array([mark.plane[half][0] for mark in acting])))
-        v = target.halves[half].law.v(np.clip(beta, 0, 1))
-        ends = lift(np.stack([u, v], axis=1), target.halves[half], locators.halves[half], points)
-        for mark, end in zip(acting, ends, strict=True):
-            away = float(np.linalg.norm(end - mark.target_point))
-            residuals[mark.pair.id] = max(away, residuals.get(mark.pair.id, 0.0))
+    """Return how far from its target each acting landmark's source place ended, micrometres."""
+    residuals = {}
+    for mark in landmarks:
+        if mark.plane:
+            end = mark.source_corners @ registered.vertices[registered.faces[mark.source_face]]
+            residuals[mark.pair.id] = float(np.linalg.norm(end - mark.target_point))
     return residuals

@@ -10,6 +10,9 @@ from scipy.spatial.distance import cdist
 from flyreg_core.errors import LandmarkError
 from flyreg_core.mesh import Floats
 
+LEAST_WEIGHT = 1e-12
+"""A smaller weight counts as 0: its inverse would drown the rest of the system in rounding."""
+
 
 @dataclass(frozen=True, eq=False)
 class ThinPlateSpline:
@@ -66,7 +69,7 @@ def fit_thin_plate_spline(
         raise LandmarkError("a weight is negative or not a number; use 0 to leave a landmark out")
     if not (np.isfinite(smoothing) and smoothing >= 0):
         raise LandmarkError(f"the smoothing must be 0 or a positive number, not {smoothing}")
-    used = weights > 0
+    used = weights > LEAST_WEIGHT
     centers = sources[used]
     affine_basis = _affine_basis(centers)
     if np.linalg.matrix_rank(affine_basis) < affine_basis.shape[1]:
