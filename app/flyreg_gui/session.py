@@ -47,7 +47,7 @@ class Session(QObject):
         self.results: Results | None = None
         self.path: Path | None = None
         self.failure: Failure | None = None
-        self.seconds: float | None = None  # of the run whose results are on show
+        self.seconds: float | None = None  # that the picture on show took, without measuring
         self.work = ""  # what the running work reported last
         self.undo_stack = QUndoStack(self)
         self._runner = runner
@@ -165,7 +165,9 @@ class Session(QObject):
         self._end(run)
         if run.number >= self._first and run.number > self._shown:
             self._shown = run.number
-            self.results, self.seconds = results, seconds
+            self.results = results
+            if not run.measure:
+                self.seconds = seconds
             self.results_changed.emit(results)
             self._measure()
         self.state_changed.emit()

@@ -376,15 +376,23 @@ def test_a_saved_project_opens_with_the_same_result(qtbot, window, tmp_path):
     settle(qtbot, window)
     vertices = window.session.results.registration.surface.vertices
     saved = tmp_path / "mine.flyreg"
+    window.blend.setValue(60)
+    window.view_area.source.canvas.turn(QPointF(50, 20))
+    window.view_area.source.canvas.camera_moved.emit()
+    pose = window.view_area.target.pose()
     answer_file_dialog(saved)
     press(qtbot, window, Qt.Key.Key_S, CONTROL)
     assert window.session.unsaved_changes == []
+    window.blend.setValue(10)
+    press(qtbot, window, Qt.Key.Key_R)
     answer_file_dialog(saved)
     press(qtbot, window, Qt.Key.Key_O, CONTROL)
     settle(qtbot, window)
     assert window.session.path == saved
     np.testing.assert_array_equal(window.session.results.registration.surface.vertices, vertices)
     assert window.preferences.recent_projects == [saved]
+    assert window.blend.value() == 60
+    np.testing.assert_allclose(window.view_area.target.pose().position, pose.position)
 
 
 def test_a_view_can_be_maximised_and_restored(qtbot, window):
