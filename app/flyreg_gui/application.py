@@ -17,7 +17,6 @@ from flyreg_gui.failures import ExceptionCatcher, sentence_for
 from flyreg_gui.files import demo_project
 from flyreg_gui.main import INPUT_ERROR, INTERNAL_ERROR, Request
 from flyreg_gui.main_window import MainWindow
-from flyreg_gui.qt_defects import keep_true_alive
 
 SCREENSHOT_SIZE = (1600, 1000)
 SETTLE_MS = 300
@@ -26,7 +25,6 @@ SETTLE_MS = 300
 
 def run(request: Request) -> int:
     """Show the window for as long as the user wants it; return the exit status."""
-    keep_true_alive()
     application = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(application, QApplication)
     application.setApplicationName("flyreg")

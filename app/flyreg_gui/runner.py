@@ -65,14 +65,19 @@ class Runner(QObject):
         self._pipeline = pipeline
         self._newest: Run | None = None
         self._count = 0
+        self._is_closed = False
         self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="flyreg-pipeline")
 
     def submit(self, project: Project, *, measure: bool = False) -> Run:
-        """Run a project as soon as the worker is free, instead of any that waits."""
+        """Run a project as soon as the worker is free, instead of any that waits.
+
+        After `close` nothing is run: results that were on their way may still ask for more.
+        """
         self._count += 1
         run = Run(self._count, project, measure)
-        self._newest = run
-        self._executor.submit(self._run, run)
+        if not self._is_closed:
+            self._newest = run
+            self._executor.submit(self._run, run)
         return run
 
     def cancel(self) -> None:
@@ -80,7 +85,8 @@ class Runner(QObject):
         self._newest = None
 
     def close(self) -> None:
-        """Cancel and wait for the thread; nothing can be submitted afterwards."""
+        """Cancel and wait for the thread; nothing is run afterwards."""
+        self._is_closed = True
         self.cancel()
         self._executor.shutdown(wait=True, cancel_futures=True)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import sys
 import threading
 from dataclasses import replace
@@ -12,15 +11,6 @@ import pytest
 
 COARSE = 36
 """Voxels across a brain: enough for the demo's shape, and done in seconds."""
-
-
-@pytest.fixture(autouse=True, scope="session")
-def keep_true_alive():
-    """Signals are emitted in tests, too."""
-    with contextlib.suppress(ImportError):
-        from flyreg_gui import qt_defects
-
-        qt_defects.keep_true_alive()
 
 
 @pytest.fixture(autouse=True)

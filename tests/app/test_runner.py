@@ -141,3 +141,9 @@ def test_closing_waits_for_the_thread(qapp, pipeline):
     pipeline.go_on()
     runner.close()
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("flyreg")]
+
+
+def test_what_is_asked_for_after_closing_is_not_run(runner, pipeline):
+    runner.close()
+    runner.submit(make_project())
+    assert pipeline.seen == []
