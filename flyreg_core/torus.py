@@ -58,7 +58,7 @@ def make_torus(
         See `trim.trim` and `carve.carve`.
     """
     frame = find_frame(original.vertices)
-    planes = find_trim_planes(close_solid(solid, 0.0), frame, parameters)
+    planes = find_trim_planes(close_solid(solid, CLOSING[0]), frame, parameters)
     carving = _carve_open(solid, frame, planes, within(report, 0.0, 0.6))
     field = _depth(original, carving, frame, planes, within(report, 0.6, 1.0))
     surface = extract_surface(field, solid.origin, solid.pitch)
