@@ -190,13 +190,17 @@ def test_a_signal_ends_the_program_and_what_it_runs_without_a_traceback(
 ) -> None:
     folder = Path(environment.__file__).parent
     sleeper = "print('started', flush=True); import time; time.sleep(60)"
+    # a shell that runs the tests in the background has its programs ignore Ctrl-C
     code = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
         f"import sys; sys.path.insert(0, {str(folder)!r}); import programs; "
         f"run = lambda _: programs.run([sys.executable, '-c', {sleeper!r}]); "
         "sys.exit(programs.run_to_exit_status(run))"
     )
     with subprocess.Popen(
-        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        [sys.executable, "-c", code],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
     ) as process:
         assert process.stdout is not None
         assert process.stdout.readline().strip() == b"started"

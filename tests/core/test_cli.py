@@ -357,7 +357,12 @@ def test_no_command_imports_qt_or_vtk(demo_files: tuple[Path, Path], tmp_path: P
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent another way on Windows")
 def test_ctrl_c_ends_soon_and_leaves_no_file(demo_files: tuple[Path, Path], tmp_path: Path) -> None:
     output = tmp_path / "out"
-    command = [sys.executable, "-m", "flyreg_core.cli", "register", *map(str, demo_files)]
+    # a shell that runs the tests in the background has its programs ignore Ctrl-C
+    code = (
+        "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "from flyreg_core.cli import main; sys.exit(main(sys.argv[1:]))"
+    )
+    command = [sys.executable, "-c", code, "register", *map(str, demo_files)]
     process = subprocess.Popen(
         [*command, "-o", str(output), "--voxels", "110"],
         stderr=subprocess.PIPE,

@@ -46,7 +46,8 @@ def test_coordinates_are_written_in_the_unit_asked_for(tmp_path: Path) -> None:
     ("text", "sentence"),
     [
         ("x,y\n1,2\n", "no column z"),
-        ("", "no column x and no column y and no column z"),
+        ("", "is empty"),
+        ("name\na\n", "no column x and no column y and no column z"),
         ("x,y,z\n1,2,\n", "row 1, column z: '' is not a number"),
         ("x,y,z\n1,2,3\n1,two,3\n", "row 2, column y: 'two' is not a number"),
         ("x,y,z\n1,inf,3\n", "row 1, column y: 'inf' is not a number"),

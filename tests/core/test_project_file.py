@@ -48,7 +48,7 @@ def brains():
         "trim": st.builds(TrimParameters, maybe(finite()), maybe(finite())),
         "simplify": st.builds(SimplifyParameters, maybe(st.integers(0, 10**6))),
         "smooth": st.builds(SmoothParameters, st.integers(0, 999)),
-        "cut": st.from_type(CutParameters),
+        "cut": st.builds(CutParameters, finite()),
         "flatten": st.from_type(FlattenParameters),
     }
     units = st.sampled_from(["nm", "um", "mm"])
