@@ -179,7 +179,7 @@ class Pipeline:
                 registration.surface, target.surface, report=within(report, 0.9, 1.0)
             )
         seconds = {memo.name: memo.seconds for memo in memos}
-        warnings = _warnings(source, target, pairs, landmarks, registration)
+        warnings = find_warnings(source, target, pairs, landmarks, registration)
         return Results(
             project, source, target, landmarks, registration, distances, warnings, seconds
         )
@@ -278,13 +278,14 @@ def _ends(placed: tuple[PlacedLandmark, ...], half: HalfName, end: int) -> Float
     return np.array([mark.plane[half][end] for mark in placed if half in mark.plane])
 
 
-def _warnings(
+def find_warnings(
     source: PreparedBrain,
     target: PreparedBrain,
     pairs: tuple[LandmarkPair, ...],
     landmarks: tuple[PlacedLandmark, ...],
     registration: Registration,
 ) -> tuple[str, ...]:
+    """Return what the user should know about a registration that went through, a sentence each."""
     warnings = []
     for brain in (source, target):
         name = brain.brain.input.name

@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 
 from flyreg_core import edits
 from flyreg_core.brain_files import open_brain
+from flyreg_core.carve import Handle
 from flyreg_core.cut import CutParameters
 from flyreg_core.errors import Cancelled, FlyregError, LandmarkError
 from flyreg_core.landmarks import LandmarkPair
-from flyreg_core.pipeline import Memo, Pipeline, Results
+from flyreg_core.pipeline import Memo, Pipeline, Results, find_warnings
 from flyreg_core.progress import ignore
 from flyreg_core.project import Project
 from flyreg_core.smooth import SmoothParameters
@@ -243,3 +244,14 @@ def test_a_changed_file_is_noticed(tmp_path: Path, demo_project: Project) -> Non
     copy.write_bytes(content[:-20] + content[-20:][::-1])
     with pytest.raises(FlyregError, match="changed"):
         Pipeline().prepare(brain)
+
+
+@pytest.mark.parametrize(("width_um", "is_named"), [(1.0, False), (20.0, True)])
+def test_another_wide_tunnel_near_the_midline_is_named(
+    results: Results, width_um: float, is_named: bool
+) -> None:
+    torus = results.source.torus
+    rival = Handle((0.0, 0.0, 0.0), width_um, is_near_midline=True, is_oesophagus=False)
+    source = replace(results.source, torus=replace(torus, handles=(*torus.handles, rival)))
+    warnings = find_warnings(source, results.target, (), results.landmarks, results.registration)
+    assert any("but another is 20 um wide" in warning for warning in warnings) == is_named
