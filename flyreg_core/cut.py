@@ -15,12 +15,13 @@ from flyreg_core.errors import TopologyError
 from flyreg_core.mesh import Booleans, Floats, Integers, SurfaceMesh
 from flyreg_core.refine import (
     Refinement,
+    all_but_largest,
     chords,
     keep_largest_regions,
     split_along_zero,
     split_edges,
 )
-from flyreg_core.topology import component_of_vertex, euler_characteristic, half_edges
+from flyreg_core.topology import euler_characteristic, half_edges
 from flyreg_core.torus import Torus
 
 PIECES = ("anterior", "posterior", "right cap", "left cap")
@@ -142,22 +143,15 @@ def _tidy_caps(
     is_behind = height >= 0
     for field in fields:
         for side in (is_behind, ~is_behind):
-            severed = _all_but_largest(faces, (field < 0) & side)
+            severed = all_but_largest(faces, (field < 0) & side)
             field[severed] = -field[severed]
     is_tube = (fields[0] >= 0) & (fields[1] >= 0)
     for side in (is_behind, ~is_behind):
-        severed = _all_but_largest(faces, is_tube & side)
+        severed = all_but_largest(faces, is_tube & side)
         for field, other in (fields, fields[::-1]):
             joins = severed & (field < other)
             field[joins] = -field[joins] - SMALL
     return keep_largest_regions(faces, fields[0]), keep_largest_regions(faces, fields[1])
-
-
-def _all_but_largest(faces: Integers, chosen: Booleans) -> Booleans:
-    """Return the chosen vertices outside the largest connected region of them."""
-    component = component_of_vertex(faces, len(chosen), chosen)
-    sizes = np.bincount(component[chosen], minlength=int(component.max()) + 1)
-    return np.asarray(chosen & (component != sizes.argmax()))
 
 
 def _divide(
@@ -191,7 +185,7 @@ def _tidy_height(faces: Integers, cap: Integers, height: Floats) -> Floats:
             is_own = np.zeros(len(height), dtype=bool)
             is_own[own] = True
             for is_behind in (True, False):
-                severed = _all_but_largest(own, is_own & ((height >= 0) == is_behind))
+                severed = all_but_largest(own, is_own & ((height >= 0) == is_behind))
                 height[severed] = -height[severed] - (SMALL if is_behind else 0)
     return height
 

@@ -122,8 +122,13 @@ def keep_largest_regions(faces: Integers, values: Floats) -> Floats:
     result = values.copy()
     for negative in (True, False):
         chosen = (result < 0) == negative
-        component = component_of_vertex(faces, len(values), chosen)
-        sizes = np.bincount(component[chosen], minlength=component.max() + 1)
-        islands = chosen & (component != sizes.argmax())
+        islands = all_but_largest(faces, chosen)
         result[islands] = np.where(result[islands] < 0, -result[islands], -result[islands] - 1e-9)
     return result
+
+
+def all_but_largest(faces: Integers, chosen: Booleans) -> Booleans:
+    """Return the chosen vertices outside the largest connected region of them."""
+    component = component_of_vertex(faces, len(chosen), chosen)
+    sizes = np.bincount(component[chosen], minlength=int(component.max()) + 1)
+    return np.asarray(chosen & (component != sizes.argmax()))
