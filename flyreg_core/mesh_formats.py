@@ -12,7 +12,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from flyreg_core import vtk_format
+from flyreg_core import amira_format, vtk_format
 from flyreg_core.errors import InputError
 from flyreg_core.mesh import Floats, Integers
 
@@ -30,6 +30,7 @@ SIGNATURES = {
     ".glb": rb"glTF",
     ".gltf": rb"\s*\{",
     ".vtk": rb"# vtk DataFile",
+    ".surf": rb"#\s*(?i:HyperSurface)",
     ".obj": rb"(?s).*?(^|\n)\s*v\s",
 }
 
@@ -42,20 +43,16 @@ def decode(content: bytes, path: Path) -> Geometry:
     content : bytes
         The whole file.
     path : Path
-        Its place, for the suffix, for files that a glTF file refers to, and for messages.
+        Its place, for the suffix, one of `ENDINGS`, for files that a glTF file refers to, and for
+        messages.
 
     Raises
     ------
     InputError
-        The suffix is unknown, the content is of another kind, damaged or cut short, or a face uses
+        The content is of another kind, damaged or cut short, or a face uses
         a vertex that does not exist. Whether there are faces, and numbers, is not looked at.
     """
     suffix = path.suffix.lower()
-    if suffix not in _READERS:
-        raise InputError(
-            f"{path} has the unknown ending {suffix or '(none)'}; flyreg reads "
-            f"{', '.join(sorted(_READERS))}"
-        )
     if not re.match(SIGNATURES.get(suffix, b""), content):
         raise InputError(
             f"{path} is not a mesh: its content is not what the ending {suffix} promises; "
@@ -238,7 +235,11 @@ _READERS: Mapping[str, Callable[[bytes, Path], Geometry]] = {
     ".gltf": _decode_gltf,
     ".glb": _decode_gltf,
     ".vtk": vtk_format.decode,
+    ".surf": amira_format.decode,
 }
+
+ENDINGS = tuple(_READERS)
+"""Endings of the files that can be read."""
 
 
 def _encode_ply(vertices: Floats, faces: Integers, properties: Properties) -> bytes:

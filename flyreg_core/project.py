@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from flyreg_core.cut import CutParameters
-from flyreg_core.errors import LandmarkError
+from flyreg_core.errors import InputError, LandmarkError
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.landmarks import LandmarkPair, LandmarkParameters
 from flyreg_core.simplify import SimplifyParameters
@@ -17,6 +17,7 @@ from flyreg_core.solid import SolidParameters
 from flyreg_core.trim import TrimParameters
 
 Unit = Literal["nm", "um", "mm"]
+InputKind = Literal["surface", "point cloud", "label volume"]
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,18 @@ class BrainInput:
     path: str  # the file, absolute
     sha256: str
     unit: Unit
-    unit_known_by: str  # "stated by the user", "template metadata", "judged from the size"
+    unit_known_by: (
+        str  # "stated by the user", "template metadata", "file header", "judged from the size"
+    )
+    kind: InputKind = "surface"
+    voxel_size_um: tuple[float, float, float] | None = None  # of a volume, as the user states it
+
+    def __post_init__(self) -> None:
+        size = self.voxel_size_um
+        if size is not None and not all(math.isfinite(edge) and edge > 0 for edge in size):
+            raise InputError(
+                f"the voxel size must be three positive numbers of micrometres, not {size}"
+            )
 
 
 @dataclass(frozen=True)

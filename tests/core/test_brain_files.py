@@ -428,7 +428,9 @@ def test_an_empty_file_is_named(tmp_path):
 
 
 def test_an_unknown_ending_is_answered_with_the_known_ones(tmp_path):
-    with pytest.raises(InputError, match=r"ending \.blend; flyreg reads \.glb, .*, \.stl, \.vtk"):
+    with pytest.raises(
+        InputError, match=r"ending \.blend; flyreg reads \.asc, .*, \.stl, .*, \.xyz"
+    ):
         opened(tmp_path / "a.blend", "text")
 
 
@@ -488,30 +490,25 @@ def test_an_index_of_an_obj_file_out_of_range_is_counted(tmp_path, index):
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".obj"])
-def test_a_point_cloud_is_not_read_so_far(tmp_path, suffix):
+def test_a_few_points_are_no_brain(tmp_path, suffix):
     points = trimesh.PointCloud(box()[0])
     content = {
         ".ply": points.export(file_type="ply"),
         ".obj": b"".join(b"v %f %f %f\n" % tuple(point) for point in points.vertices),
     }
-    with pytest.raises(InputError, match="no faces, only 8 points; flyreg can read surfaces only"):
+    with pytest.raises(InputError, match="no faces, only 8 points, too few for a surface; give"):
         opened(tmp_path / f"a{suffix}", content[suffix])
 
 
-@pytest.mark.parametrize(
-    ("name", "kind"),
-    [
-        ("a.nrrd", "a label volume"),
-        ("a.tif", "a label volume"),
-        ("a.nii", "a label volume"),
-        ("a.nii.gz", "a label volume"),
-        ("a.surf", "an Amira surface"),
-        ("a.vtp", "a VTK XML file"),
-    ],
-)
-def test_what_cannot_be_read_yet_is_to_be_converted(tmp_path, name, kind):
-    with pytest.raises(InputError, match=f"is {kind}, which flyreg cannot read yet"):
-        opened(tmp_path / name, "text")
+@pytest.mark.parametrize("suffix", [".vtp", ".vtu"])
+def test_what_cannot_be_read_is_to_be_converted(tmp_path, suffix):
+    with pytest.raises(InputError, match="VTK XML file, which flyreg cannot read; convert its"):
+        opened(tmp_path / f"a{suffix}", "text")
+
+
+def test_meshes_have_no_voxels(tmp_path):
+    with pytest.raises(InputError, match=r"a\.ply has no voxels; leave the voxel size out"):
+        open_brain(str(written(tmp_path / "a.ply")), voxel_size_um=(1.0, 1.0, 1.0))
 
 
 def test_an_image_in_a_vtk_file_is_no_surface(tmp_path):

@@ -53,9 +53,12 @@ def brains():
     }
     units = st.sampled_from(["nm", "um", "mm"])
     paths = st.text(st.characters(exclude_characters="/\0", exclude_categories=["Cs"]))
+    kinds = st.sampled_from(["surface", "point cloud", "label volume"])
+    edges = finite(1e-3, 1e3)
     inputs = st.builds(
-        BrainInput, st.text(), paths.map("/nowhere/{}".format), st.text(), units, st.text()
-    )
+        BrainInput, st.text(), paths.map("/nowhere/{}".format), st.text(), units, st.text(), kinds,
+        maybe(st.tuples(edges, edges, edges)),
+    )  # fmt: skip
     return st.builds(Brain, inputs, **parameters)
 
 
@@ -141,7 +144,7 @@ def test_a_file_name_that_is_no_text_round_trips(tmp_path):
 def test_the_file_says_its_format_and_program(tmp_path):
     content = json.loads(saved(tmp_path / "a.flyreg").read_text(encoding="utf-8"))
     assert content["flyreg"].keys() == {"format", "program"}
-    assert content["flyreg"]["format"] == 1
+    assert content["flyreg"]["format"] == 2
 
 
 def test_entries_that_are_missing_have_their_defaults(tmp_path):
@@ -201,8 +204,25 @@ def test_a_missing_brain_keeps_its_place(tmp_path):
 
 
 def test_a_newer_format_asks_for_an_update(tmp_path):
-    with pytest.raises(ProjectError, match=r"from a newer flyreg \(.*, format 2\).* update flyreg"):
-        load_project(changed(tmp_path / "a.flyreg", ["flyreg", "format"], 2))
+    with pytest.raises(ProjectError, match=r"from a newer flyreg \(.*, format 3\).* update flyreg"):
+        load_project(changed(tmp_path / "a.flyreg", ["flyreg", "format"], 3))
+
+
+def test_a_brain_of_format_1_is_a_surface(tmp_path):
+    path = changed(tmp_path / "a.flyreg", ["flyreg", "format"], 1)
+    content = json.loads(path.read_text(encoding="utf-8"))
+    for role in ("source", "target"):
+        del content["project"][role]["input"]["kind"]
+        del content["project"][role]["input"]["voxel_size_um"]
+    path.write_text(json.dumps(content), encoding="utf-8")
+    assert load_project(path) == PROJECT
+
+
+@pytest.mark.parametrize("size", [[1, 1, 0], [1, 1, -1]])
+def test_a_voxel_has_a_size(tmp_path, size):
+    place = ["project", "source", "input", "voxel_size_um"]
+    with pytest.raises(InputError, match=r"must be three positive numbers of micrometres, not \("):
+        load_project(changed(tmp_path / "a.flyreg", place, size))
 
 
 def test_an_older_format_is_upgraded_step_by_step(tmp_path, monkeypatch):
@@ -215,8 +235,8 @@ def test_an_older_format_is_upgraded_step_by_step(tmp_path, monkeypatch):
     content = json.loads(path.read_text())
     del content["project"]["smoothing"]
     path.write_text(json.dumps(content))
-    monkeypatch.setattr(project_file, "UPGRADES", {1: rename, 2: dict})
-    monkeypatch.setattr(project_file, "FORMAT", 3)
+    monkeypatch.setattr(project_file, "UPGRADES", {2: rename, 3: dict})
+    monkeypatch.setattr(project_file, "FORMAT", 4)
     assert load_project(path) == replace(PROJECT, smoothing=0.5)
 
 
