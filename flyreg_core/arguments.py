@@ -20,7 +20,7 @@ def make_parser(run: Mapping[str, Run]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="flyreg",
         description="Lay the surface of one fly brain on another.",
-        epilog="A BRAIN is a mesh file, or the label of a template such as JFRC2 or FCWB.",
+        epilog="A BRAIN is a file of a mesh, points or labels, or the name of a template such as JFRC2.",
     )
     parser.add_argument(
         "--version", action=_ShowVersion, nargs=0, help="print the version and stop"
@@ -58,10 +58,17 @@ def _add_command(
 
 def _add_brain_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--unit", choices=UNITS, help="unit of the file's coordinates")
+    _add_voxel_size(command, "--voxel-size")
     command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
     command.add_argument("--trim-right", type=float, metavar="UM", help="trim plane, smaller x")
     command.add_argument("--trim-left", type=float, metavar="UM", help="trim plane, larger x")
     command.add_argument("--vertices", type=int, metavar="N", help="simplify to N vertices")
+
+
+def _add_voxel_size(command: argparse.ArgumentParser, option: str) -> None:
+    command.add_argument(
+        option, nargs=3, type=float, metavar=("X", "Y", "Z"), help="of a label volume, um"
+    )
 
 
 def _add_inspect(commands: Commands, run: Mapping[str, Run]) -> None:
@@ -92,6 +99,8 @@ def _add_register(commands: Commands, run: Mapping[str, Run]) -> None:
     command.add_argument("--smoothing", type=float, metavar="X", help="lambda of the spline")
     command.add_argument("--source-unit", choices=UNITS)
     command.add_argument("--target-unit", choices=UNITS)
+    _add_voxel_size(command, "--source-voxel-size")
+    _add_voxel_size(command, "--target-voxel-size")
     command.add_argument(
         "--pairing",
         choices=("coordinate", "arc length", "nearest"),

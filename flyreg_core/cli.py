@@ -49,7 +49,7 @@ def _inspect(arguments: argparse.Namespace) -> None:
     from flyreg_core.pipeline import Pipeline
     from flyreg_core.report import inspect_report
 
-    brain = _brain(arguments.brain, arguments.unit, arguments)
+    brain = _brain(arguments.brain, arguments.unit, arguments.voxel_size, arguments)
     with _Progress() as progress:
         raw, torus = Pipeline().make_torus(brain, progress)
     _print(inspect_report(brain.input, raw, torus), arguments.json)
@@ -65,7 +65,7 @@ def _prepare(arguments: argparse.Namespace) -> None:
 
     started = time.perf_counter()
     check_mesh_place(arguments.output)
-    brain = _brain(arguments.brain, arguments.unit, arguments)
+    brain = _brain(arguments.brain, arguments.unit, arguments.voxel_size, arguments)
     with _Progress() as progress:
         raw, torus = Pipeline().make_torus(brain, within(progress, 0.0, 0.8))
         simplified = simplify(torus.surface, brain.simplify, within(progress, 0.8, 0.9))
@@ -123,8 +123,8 @@ def _project(arguments: argparse.Namespace) -> Project:
     if arguments.project:
         project = load_project(arguments.project)
     if names:
-        source = _brain(names[0], arguments.source_unit, arguments)
-        target = _brain(names[1], arguments.target_unit, arguments)
+        source = _brain(names[0], arguments.source_unit, arguments.source_voxel_size, arguments)
+        target = _brain(names[1], arguments.target_unit, arguments.target_voxel_size, arguments)
         if arguments.project:
             source = replace(project.source, input=source.input)
             target = replace(project.target, input=target.input)
@@ -214,14 +214,17 @@ def _surface(name: str, unit: str | None) -> SurfaceMesh:
     return read_brain(open_brain(name, unit))  # type: ignore[arg-type]
 
 
-def _brain(name: str, unit: str | None, arguments: argparse.Namespace) -> Brain:
+def _brain(
+    name: str, unit: str | None, voxel_size: list[float] | None, arguments: argparse.Namespace
+) -> Brain:
     from flyreg_core.brain_files import open_brain
     from flyreg_core.project import Brain
     from flyreg_core.simplify import SimplifyParameters
     from flyreg_core.solid import SolidParameters
     from flyreg_core.trim import TrimParameters
 
-    opened = open_brain(name, unit)  # type: ignore[arg-type]
+    size = None if voxel_size is None else tuple(voxel_size)
+    opened = open_brain(name, unit, size)  # type: ignore[arg-type]
     if opened.unit_known_by == "judged from the size":
         _say(f"flyreg: {name} is taken to be in {opened.unit}, {opened.unit_known_by}")
     return Brain(

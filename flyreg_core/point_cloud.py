@@ -23,7 +23,7 @@ from flyreg_core.point_normals import (
 from flyreg_core.progress import Report
 
 FEWEST_POINTS = 1000
-FINEST_UM = 1.5
+FINEST_UM = 2.0
 """Points nearer to each other become one, and no grid is finer: a voxel of the solid has 2 to 5 um."""
 PITCH = 1.25
 """Edge of a voxel, in spacings of the points."""
@@ -32,7 +32,7 @@ MARGIN = 6
 """Layers of voxels around the points."""
 BLUR, LEVEL_BLUR = 1.0, 4.0
 """Standard deviation of the Gaussians that even out the points and the level, voxels."""
-ROUGHEST = 0.2
+ROUGHEST = 0.14
 """Median of the least variance above which points fill space (see `estimate_directions`)."""
 NARROWEST = 0.05
 """Median of the middle variance below which points lie on lines."""
@@ -215,7 +215,7 @@ def _moved_onto(vertices: Floats, points: Floats, normals: Floats, around: Neigh
     distances, index = nearest_points(points, vertices, NEIGHBOURS)
     width = distances[:, -1:] / 2
     shares = np.exp(-((distances / width) ** 2) / 2) * around.areas[index]
-    shares /= shares.sum(axis=1, keepdims=True)
+    shares /= np.maximum(shares.sum(axis=1, keepdims=True), np.finfo(float).tiny)
     normal = np.einsum("nk,nki->ni", shares, normals[index])
     certainty = np.linalg.norm(normal, axis=1)
     normal /= np.maximum(certainty, np.finfo(float).tiny)[:, None]

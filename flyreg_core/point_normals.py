@@ -13,6 +13,8 @@ from flyreg_core.mesh import Booleans, Floats, Integers
 
 NEIGHBOURS = 12
 """Points around each one that show where the surface runs."""
+STRAY = 6.0
+"""A point whose neighbours are this many times as far as is usual lies on no surface."""
 FIRST_BALL, LAST_BALL = 3.0, 100.0
 """Radius of the smallest ball that is rolled over the points, in spacings; of the largest, um."""
 VOXELS_PER_BALL = 2.0
@@ -33,7 +35,7 @@ class Neighbourhood:
 
     index: Integers  # (n, NEIGHBOURS), nearest first, without the point itself
     distances: Floats  # (n, NEIGHBOURS), micrometres
-    areas: Floats  # (n,), share of the surface that each point stands for, square micrometres
+    areas: Floats  # (n,), of the surface each point stands for, um^2; 0 for a stray one
 
     @property
     def spacing(self) -> float:
@@ -53,6 +55,7 @@ def find_neighbours(points: Floats) -> Neighbourhood:
     """Return the neighbours of (n, 3) distinct points, n > NEIGHBOURS, micrometres."""
     distances, index = nearest_points(points, points, NEIGHBOURS + 1)
     areas = np.pi * distances[:, -1] ** 2 / NEIGHBOURS
+    areas[distances[:, -1] > STRAY * np.median(distances[:, -1])] = 0
     return Neighbourhood(index[:, 1:], distances[:, 1:], areas)
 
 
@@ -83,7 +86,8 @@ def see_from_outside(points: Floats, normals: Floats, around: Neighbourhood) -> 
     """Return which points a ball touches that rolls around the cloud without falling through it.
 
     The ball is the smallest, of doubling radii, that takes no more from the solid than the next
-    one: gaps between the points differ by what the cloud was sampled from.
+    one: gaps between the points differ by what the cloud was sampled from. If all balls fall
+    through, nothing is outside and no point is seen.
     """
     radius = FIRST_BALL * around.spacing
     sight, volume = _roll_ball(points, normals, radius)
@@ -93,7 +97,7 @@ def see_from_outside(points: Floats, normals: Floats, around: Neighbourhood) -> 
         if volume > KEPT_SHARE * wider_volume > 0:
             break
         sight, volume = wider, wider_volume
-    return sight
+    return sight if volume > 0 else Sight(np.zeros(len(points), dtype=bool), sight.cosine)
 
 
 def _roll_ball(points: Floats, normals: Floats, radius: float) -> tuple[Sight, float]:
