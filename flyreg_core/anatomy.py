@@ -71,7 +71,7 @@ def find_postures(lateral: Floats, midplane: Floats, share: Floats) -> tuple[Pos
     a cover slip is a third as deep as high, and others four fifths; the sweep because optic lobes
     give way to whatever they are embedded in.
     """
-    center, unit = _middle(lateral, midplane, share)
+    center, unit = find_middle(lateral, midplane, share)
     plane, weight = (midplane - center) / unit, share / share.sum()
     starts = []
     for sense in (1.0, -1.0):
@@ -92,7 +92,7 @@ def find_postures(lateral: Floats, midplane: Floats, share: Floats) -> tuple[Pos
     return tuple(sorted(postures, key=lambda posture: -posture.log_likelihood))
 
 
-def _middle(lateral: Floats, midplane: Floats, share: Floats) -> tuple[Floats, float]:
+def find_middle(lateral: Floats, midplane: Floats, share: Floats) -> tuple[Floats, float]:
     """Return the (2,) centre of the inside near the midline and its root mean square distance."""
     weight = share
     for _ in range(20):  # what is near depends on the distance; it settles within a few rounds
