@@ -17,7 +17,7 @@ from flyreg_core.volume_formats import VolumeHeader
 BLOCK_UM = 2.0
 """Edge of the blocks that fine voxels are averaged over: a voxel of the solid has 2 to 5 um."""
 MOST_BLOCKS = 12_000_000
-BLUR, BLUR_OF_SINGLE = 0.5, 0.8
+BLUR, BLUR_OF_SINGLE = 0.5, 1.0
 """Standard deviation of the Gaussian that takes the steps away, in blocks; in voxels that were not
 averaged, which have no values between 0 and 1."""
 MARGIN = 3

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -129,6 +131,8 @@ def _ending(path: Path) -> str | None:
 def _decoded(path: Path, read: Callable[[Path], T]) -> T:
     if not path.is_file():
         raise InputError(f"there is no file {path}; check its name and folder")
+    if not path.stat().st_size:
+        raise InputError(f"{path} is empty (0 bytes); copy or export it again")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the libraries' remarks on odd headers
@@ -199,10 +203,30 @@ def _nrrd_labels(path: Path) -> NDArray[Any]:
     return labels
 
 
+@contextmanager
+def _failing_on_errors() -> Iterator[None]:
+    """Raise what the TIFF library only writes to its log, such as that pages are missing."""
+    errors: list[str] = []
+
+    def keep(record: logging.LogRecord) -> bool:
+        if record.levelno >= logging.ERROR:
+            errors.append(record.getMessage())
+        return False
+
+    logger = logging.getLogger("tifffile")
+    logger.addFilter(keep)
+    try:
+        yield
+    finally:
+        logger.removeFilter(keep)
+    if errors:
+        raise ValueError(errors[0])
+
+
 def _tiff_header(path: Path) -> VolumeHeader:
     import tifffile
 
-    with tifffile.TiffFile(path) as file:
+    with _failing_on_errors(), tifffile.TiffFile(path) as file:
         series = file.series[0]
         kept = [(a, n) for a, n in zip(series.axes, series.shape, strict=True) if n > 1]
         letters = "".join(letter for letter, _ in kept)
@@ -250,7 +274,7 @@ def _imagej_size(file: tifffile.TiffFile) -> tuple[list[float], Unit | None] | N
 def _tiff_labels(path: Path) -> NDArray[Any]:
     import tifffile
 
-    with tifffile.TiffFile(path) as file:
+    with _failing_on_errors(), tifffile.TiffFile(path) as file:
         compression: Any = file.pages.first.compression
         try:
             labels: NDArray[Any] = file.series[0].asarray()

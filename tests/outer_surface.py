@@ -14,7 +14,7 @@ from flyreg_core.topology import component_of_vertex
 BALL = 6.0
 """Radius of the ball that rolls around a surface and touches what is its outside, micrometres."""
 PITCH = 2.5
-SAMPLES = 150_000
+SAMPLES = 100_000
 
 
 def outer_distances(a: SurfaceMesh, b: SurfaceMesh) -> NDArray[np.float64]:
