@@ -42,9 +42,6 @@ def decode(content: bytes, path: Path) -> tuple[Floats, Integers]:
     """
     reader = _Reader(content)
     vertices = reader.floats(reader.seek("Vertices"))
-    curves = reader.seek("BoundaryCurves", until="Patches")
-    for _ in range(curves):
-        reader.integers(reader.seek("Vertices"), 1)
     patches = [_read_patch(reader) for _ in range(reader.seek("Patches"))]
     outer = [
         patch.faces[:, ::-1] if patch.inner in OUTSIDE else patch.faces
@@ -67,7 +64,7 @@ def _read_patch(reader: _Reader) -> _Patch:
             names[words[0]] = " ".join(words[1:]).strip('"').lower()
     if not words:
         raise ValueError("a patch has no triangles")
-    faces = reader.integers(int(words[1]), 3)
+    faces = reader.integers(int(words[1]))
     return _Patch(names["InnerRegion"], names["OuterRegion"], faces)
 
 
@@ -96,16 +93,11 @@ class _Reader:
         """Return the words of the next line that is not blank; none at the end."""
         return next(self.lines(), [])
 
-    def seek(self, keyword: str, until: str = "") -> int:
-        """Return the number after a keyword that starts a line; 0 before the line with `until`."""
-        before = self._position
+    def seek(self, keyword: str) -> int:
+        """Return the number after a keyword that starts a line; what comes before is left out."""
         for words in self.lines():
             if words[0] == keyword and len(words) == 2 and words[1].isdigit():
                 return int(words[1])
-            if words[0] == until:
-                self._position = before
-                return 0
-            before = self._position
         raise ValueError(f"it has no line with {keyword} and their number")
 
     def floats(self, count: int) -> Floats:
@@ -113,10 +105,10 @@ class _Reader:
         values = self._numbers(3 * count, ">f4" if self._is_big_endian else "<f4")
         return values.astype(np.float64).reshape(count, 3)
 
-    def integers(self, count: int, columns: int) -> Integers:
-        """Return the next (count, columns) numbers of vertices, which count from 1."""
-        values = self._numbers(columns * count, ">i4" if self._is_big_endian else "<i4")
-        return values.astype(np.int64).reshape(count, columns)
+    def integers(self, count: int) -> Integers:
+        """Return the next (count, 3) numbers of vertices, which count from 1."""
+        values = self._numbers(3 * count, ">i4" if self._is_big_endian else "<i4")
+        return values.astype(np.int64).reshape(count, 3)
 
     def _numbers(self, wanted: int, kind: str) -> NDArray[Any]:
         if self._is_text:
