@@ -19,6 +19,7 @@ REFINED = 12
 COARSE_ROUNDS, CHOICE_ROUNDS, FINE_ROUNDS = 8, 3, 20
 CONVERGED = 1e-9
 """A round that turns and moves the plane by less than this, relative to the brain, is the last."""
+LONGEST_STEP = 0.1
 BLUR, BROADER_BLUR = 1.0, 2.5
 """Widths of the Gaussians whose difference shows the surface, cubes."""
 WIDTH_WEIGHT = 0.15
@@ -133,7 +134,7 @@ class _Outline:
         """Return the plane near another one in which likeness is largest, by Gauss-Newton rounds."""
         for _ in range(rounds):
             step, across = self._step(plane)
-            step *= min(1.0, 0.1 / float(np.abs(step).max()))
+            step /= max(1.0, float(np.abs(step).max()) / LONGEST_STEP)
             normal = plane.normal + step[:2] @ across
             height = plane.height + self.size * step[2]
             plane = SymmetryPlane(normal / np.linalg.norm(normal), float(height))
@@ -154,7 +155,9 @@ class _Outline:
         # how a mirrored point's value changes when the plane tilts and shifts
         tilts = [(self.points @ t) * along_normal + distance * (slope @ t) for t in across]
         jacobian = 2 * np.stack([-tilts[0], -tilts[1], self.size * along_normal], axis=1)
-        return np.linalg.solve(jacobian.T @ jacobian, jacobian.T @ self.value), across
+        system = jacobian.T @ jacobian
+        system += 1e-9 * np.trace(system) * np.eye(3)  # a body of revolution leaves a tilt open
+        return np.linalg.solve(system, jacobian.T @ self.value), across
 
 
 @njit(cache=True, nogil=True)

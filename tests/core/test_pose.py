@@ -75,9 +75,15 @@ def test_the_frame_moves_with_the_brain(name, seed, scale, is_mirrored):
     assert not found.is_mirrored
 
 
-@pytest.mark.parametrize("name", ["FCWB", "JRCFIB2022M_brain"])
 @pytest.mark.parametrize(
-    ("left", "right"), [(0.5, 1.0), (1.0, 0.75), (0.6, 0.45), (0.5, 0.5)], ids=str
+    ("name", "left", "right"),
+    [
+        ("FCWB", 0.5, 1.0),
+        ("FCWB", 0.5, 0.5),
+        ("JRCFIB2022M_brain", 1.0, 0.5),
+        ("JRCFIB2022M_brain", 0.6, 0.45),
+        ("Dvir", 0.75, 1.0),
+    ],
 )
 def test_missing_and_torn_optic_lobes_do_not_matter(name, left, right):
     mesh, whole = template(name), template_pose(name).frame
@@ -113,6 +119,13 @@ def test_half_a_brain_is_no_certain_brain():
         pose = find_pose(cut(mesh, frame.coordinates(mesh.vertices)[:, 0] > 0))
     except InputError:
         return
+    assert not pose.is_sure
+
+
+def test_a_body_of_revolution_has_a_left_and_right_but_no_front():
+    vertices, faces = sphere()
+    pose = find_pose(SurfaceMesh(vertices * [3.0, 1.0, 1.0], faces))
+    np.testing.assert_allclose(np.abs(pose.frame.axes[0]), [1, 0, 0], atol=1e-3)
     assert not pose.is_sure
 
 
