@@ -11,6 +11,7 @@ import pytest
 import tifffile
 
 from flyreg_core.brain_files import accept_changed_file, input_facts, open_brain, read_brain
+from flyreg_core.cli import BAD_INPUT, main
 from flyreg_core.errors import Cancelled, InputError
 from flyreg_core.topology import genus, is_closed
 from tests.outer_surface import largest_part, outer_distances
@@ -389,3 +390,24 @@ def test_reading_can_be_cancelled(tmp_path):
 
     with pytest.raises(Cancelled):
         read_brain(brain, cancel)
+
+
+# Commands
+
+
+@pytest.mark.parametrize("option", ["--voxel-size", "--source-voxel-size", "--target-voxel-size"])
+def test_the_voxel_size_can_be_stated_to_the_commands(tmp_path, capsys, option):
+    name = without_voxel_size(tmp_path, "tif", torus_labels())
+    other = nifti(tmp_path, torus_labels())
+    command = {
+        "--voxel-size": ["inspect", name],
+        "--source-voxel-size": ["register", name, other, "-o", str(tmp_path / "out")],
+        "--target-voxel-size": ["register", other, name, "-o", str(tmp_path / "out")],
+    }[option]
+    assert main([*command, option, "1", "0", "1"]) == BAD_INPUT
+    assert "must be three positive numbers of micrometres" in capsys.readouterr().err
+
+
+def test_the_commands_say_how_to_state_the_voxel_size(tmp_path, capsys):
+    assert main(["inspect", without_voxel_size(tmp_path, "tif", torus_labels())]) == BAD_INPUT
+    assert "in um with --voxel-size" in capsys.readouterr().err
