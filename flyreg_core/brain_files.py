@@ -79,6 +79,10 @@ def open_brain(
         return _open_volume(name, path, unit, voxel_size_um)
     if voxel_size_um is not None:
         raise InputError(f"{path} has no voxels; leave the voxel size out")
+    return _open_geometry(name, path, unit)
+
+
+def _open_geometry(name: str, path: Path, unit: Unit | None) -> BrainInput:
     content = read_bytes(path)
     geometry = _decode(content, path)
     if isinstance(geometry, PointCloud):

@@ -57,10 +57,6 @@ def label_surface(labels: NDArray[Any], header: VolumeHeader, report: Report) ->
     _check_labels(labels)
     factors = _factors(header)
     share = _labelled_share(labels, factors[::-1], within(report, 0.1, 0.6))
-    if not share.any():
-        raise MeshError("no voxel has a label above 0; save the segmentation, not an empty image")
-    if share.min() == 1:
-        raise MeshError("every voxel has a label above 0; give what is not brain the label 0")
     report(0.6, "finding the surface of the labels")
     padded = np.pad(share.transpose(), MARGIN)
     blur = [BLUR if factor > 1 else BLUR_OF_SINGLE for factor in factors]
@@ -96,6 +92,10 @@ def _labelled_share(labels: NDArray[Any], factors: tuple[int, ...], report: Repo
         counts = np.pad(slab.sum(axis=0, dtype=np.uint32), padding)
         blocks = counts.reshape(shape[1], in_plane[0], shape[2], in_plane[1])
         share[layer] = blocks.sum(axis=1).sum(axis=2)
+    if not share.any():
+        raise MeshError("no voxel has a label above 0; save the segmentation, not an empty image")
+    if share.sum() == labels.size:
+        raise MeshError("every voxel has a label above 0; give what is not brain the label 0")
     return share / np.prod(factors)
 
 

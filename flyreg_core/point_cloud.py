@@ -80,14 +80,13 @@ def reconstruct_surface(cloud: PointCloud, report: Report) -> SurfaceMesh:
     projection operators for surfaces defined by point sets, SPBG 2004.
     """
     report(0.0, "finding how the points are spread")
-    thinned, around, directions = _evened(cloud)
-    points = thinned.points
+    evened, around, directions = _evened(cloud)
     report(0.15, "finding which side of the points is outside")
-    normals = _normals(thinned, directions, around)
+    normals = _normals(evened, directions, around)
     report(0.5, "finding the surface of the points")
-    surface = _extract(points, normals, around)
+    surface = _extract(evened.points, normals, around)
     report(0.8, "moving the surface onto the points")
-    vertices = _moved_onto(surface.vertices, points, normals, around)
+    vertices = _moved_onto(surface.vertices, evened.points, normals, around)
     return SurfaceMesh(vertices, surface.faces)
 
 
