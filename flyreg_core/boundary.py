@@ -9,7 +9,7 @@ import numpy as np
 
 from flyreg_core.cut import PIECES, Dissection
 from flyreg_core.errors import TopologyError
-from flyreg_core.frame import BrainFrame
+from flyreg_core.frame import DORSO_VENTRAL, LEFT_RIGHT, BrainFrame
 from flyreg_core.landmarks import HALVES, SHARED_CURVES, CurveName, HalfName
 from flyreg_core.mesh import Floats, Integers
 from flyreg_core.rectangle import TOP, from_plane
@@ -102,7 +102,7 @@ def _sides(
             f"the outside of the {half} half has {len(runs)} sides instead of 4: the cut must pass "
             "each trim opening once; move the cut height or the trim planes"
         )
-    height = dissection.surface.vertices[:, frame.dorso_ventral]
+    height = frame.coordinates(dissection.surface.vertices)[:, DORSO_VENTRAL]
     seams.sort(key=lambda run: float(height[run].mean()))
     right, left = rims[PIECES.index("right cap")], rims[PIECES.index("left cap")]
     corners_right = {int(right[0]), int(right[-1])}
@@ -142,7 +142,7 @@ def _start_of_hole(curve: Curve, frame: BrainFrame) -> float:
     The shares are turned so that, on average, each point lies in the direction in which the
     rectangle shows it.
     """
-    across = curve.points[:-1, [frame.left_right, frame.dorso_ventral]]
+    across = frame.coordinates(curve.points[:-1])[:, [LEFT_RIGHT, DORSO_VENTRAL]]
     arm = across - across.mean(axis=0)
     u, _ = from_plane(arm * [1.0, -1.0])
     turn = np.exp(2j * np.pi * (u - TOP - curve.share[:-1]))

@@ -1,4 +1,4 @@
-"""Stage 2b: a solid with exactly one handle, whatever handles the data pretend to.
+"""Stage 2b: taking voxels away without changing the topology.
 
 On the Kuhn grid each voxel has 14 neighbours, which form a triangulated sphere (its link), and
 a surface drawn between inside and outside voxels by marching tetrahedra has exactly the topology
@@ -17,42 +17,22 @@ import numpy as np
 from numba import njit
 from scipy import ndimage
 
-from flyreg_core.errors import TopologyError
-from flyreg_core.frame import BrainFrame
 from flyreg_core.mesh import Booleans, Floats, Integers
 from flyreg_core.progress import Report
-from flyreg_core.solid import KUHN_OFFSETS, VoxelSolid, kuhn_structure
+from flyreg_core.solid import KUHN_OFFSETS, kuhn_structure
 
 NEIGHBOURS = np.vstack([KUHN_OFFSETS, -KUHN_OFFSETS])
 """(14, 3) steps to the neighbours of a voxel; bit k of a link stands for row k."""
 STEPS_PER_REPORT = 100_000
-MIDLINE_SHARE = 0.1
-"""How far from the midline the oesophagus may lie, as a share of the main brain's width."""
-
-
-@dataclass(frozen=True)
-class Handle:
-    """A tunnel through the solid, closed by a membrane at its narrowest place."""
-
-    center_um: tuple[float, float, float]
-    width_um: float
-    is_near_midline: bool
-    is_oesophagus: bool
 
 
 @dataclass(frozen=True, eq=False)
-class Carving:
-    """A solid with one handle, and what it took to get there."""
+class Membrane:
+    """A sheet that closes one or more tunnels, and the voxel to pierce in it."""
 
-    solid: VoxelSolid
-    handles: tuple[Handle, ...]  # widest first
-    filled: Booleans  # voxels that the original solid does not have
-    membrane: Floats  # (k, 3), voxels that closed the oesophagus, micrometres
-
-    @property
-    def oesophagus(self) -> Handle:
-        """The handle that was opened."""
-        return next(handle for handle in self.handles if handle.is_oesophagus)
+    voxel: tuple[int, int, int]  # the farthest from the solid among those that open one tunnel
+    width: float  # of the tunnel there, voxels
+    direction: Floats  # (3,) unit vector along which the tunnel runs, its sign without meaning
 
 
 @cache
@@ -128,82 +108,26 @@ def _carve(
     return removed == limit
 
 
-def carve(solid: VoxelSolid, frame: BrainFrame, report: Report) -> Carving:
-    """Return the smallest solid around the given one that has exactly one handle, the oesophagus.
+def carve(inside: Booleans, fixed: Booleans, distance: Floats, report: Report) -> None:
+    """Take away, in place, all that can go without changing the topology, farthest first.
 
     Parameters
     ----------
-    solid : VoxelSolid
-        One component without cavities.
-    frame : BrainFrame
-        Tells where the midline is.
-
-    Raises
-    ------
-    TopologyError
-        No tunnel passes near the midline.
-
-    Notes
-    -----
-    Only adds voxels, thin membranes across the other tunnels. The oesophagus is the widest tunnel
-    within a tenth of the main brain's width of its midline.
+    inside : (nx, ny, nz) bool
+        What is carved; its outermost layer is outside.
+    fixed : (nx, ny, nz) bool
+        What must stay.
+    distance : (nx, ny, nz) float
+        How far each voxel is from what must stay.
 
     References
     ----------
     Simple points: Kong and Rosenfeld, Digital topology, CVGIP 48, 1989,
     doi:10.1016/0734-189X(89)90147-3. The 14-neighbourhood: Freudenthal's triangulation (Kuhn 1960).
     """
-    low = np.array([np.flatnonzero(solid.inside.any(axis=_others(a)))[0] for a in range(3)]) - 2
-    high = np.array([np.flatnonzero(solid.inside.any(axis=_others(a)))[-1] for a in range(3)]) + 3
-    box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
-    fixed = solid.inside[box]
-    distance = ndimage.distance_transform_edt(~fixed)
-    inside = np.zeros_like(fixed)
-    inside[1:-1, 1:-1, 1:-1] = True
-    _carve_to_the_end(inside, fixed, distance, report)
-    membranes, tunnels = _find_membranes(inside, fixed, distance, frame)
-    if not tunnels:
-        raise TopologyError(
-            f"no tunnel through the main brain passes within {MIDLINE_SHARE:.0%} of its midline, so "
-            "the oesophagus cannot be told; check the trim planes and the resolution"
-        )
-    oesophagus = max(tunnels, key=lambda tunnel: (distance[tunnel], tunnel))
-    labels, _ = ndimage.label(inside & ~fixed, kuhn_structure())
-    membrane = np.argwhere(labels == labels[oesophagus]) + low
-    inside[oesophagus] = False
-    _carve_to_the_end(inside, fixed, distance, report)
-    handles = tuple(
-        Handle(
-            center_um=_as_tuple(solid.positions(tuple(low + np.array(voxel)))),
-            width_um=float(2 * solid.pitch * distance[voxel]),
-            is_near_midline=voxel in tunnels,
-            is_oesophagus=voxel == oesophagus,
-        )
-        for voxel in sorted(membranes, key=lambda voxel: (-distance[voxel], voxel))
-    )
-    carved, filled = np.zeros_like(solid.inside), np.zeros_like(solid.inside)
-    carved[box], filled[box] = inside, inside & ~fixed
-    return Carving(
-        VoxelSolid(carved, solid.origin, solid.pitch),
-        handles,
-        filled,
-        solid.positions(tuple(membrane.T)),
-    )
-
-
-def _others(axis: int) -> tuple[int, ...]:
-    return tuple(other for other in range(3) if other != axis)
-
-
-def _as_tuple(point: Floats) -> tuple[float, float, float]:
-    return float(point[0]), float(point[1]), float(point[2])
-
-
-def _carve_to_the_end(inside: Booleans, fixed: Booleans, distance: Floats, report: Report) -> None:
     inside_pieces, outside_pieces = _components_of_link()
     is_simple = (inside_pieces == 1) & (outside_pieces == 1)
-    strides = np.array(inside.strides, dtype=np.int64)
-    steps = NEIGHBOURS @ strides
+    steps = NEIGHBOURS @ np.array(inside.strides, dtype=np.int64)
     first = max(1, int(inside.sum()) - int(fixed.sum()))
     while True:
         left = max(0, int(inside.sum()) - int(fixed.sum()))
@@ -219,27 +143,67 @@ def _carve_to_the_end(inside: Booleans, fixed: Booleans, distance: Floats, repor
             return
 
 
-def _find_membranes(
-    inside: Booleans, fixed: Booleans, distance: Floats, frame: BrainFrame
-) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]]]:
-    """Return the voxel to pierce of each membrane, and those of them near the midline.
+def find_membranes(inside: Booleans, fixed: Booleans, distance: Floats) -> list[Membrane]:
+    """Return the membranes of a carved solid that can be pierced, the widest first.
 
-    Piercing opens exactly one tunnel where the link's inside is one ring: one piece, between two
-    pieces of outside.
+    Piercing a voxel opens exactly one tunnel where the link's inside is one ring: one piece,
+    between two pieces of outside.
     """
     inside_pieces, outside_pieces = _components_of_link()
     is_ring = (inside_pieces == 1) & (outside_pieces == 2)
+    flat_inside = inside.reshape(-1)
     steps = NEIGHBOURS @ np.array(inside.strides, dtype=np.int64)
-    labels, count = ndimage.label(inside & ~fixed, kuhn_structure())
-    flat = np.flatnonzero(labels)
-    pierceable = np.array([is_ring[_link(inside.reshape(-1), int(voxel), steps)] for voxel in flat])
-    widest: dict[int, int] = {}
-    for voxel in flat[pierceable] if count else ():
-        membrane = int(labels.flat[voxel])
-        if membrane not in widest or distance.flat[voxel] > distance.flat[widest[membrane]]:
-            widest[membrane] = int(voxel)
-    voxels = [tuple(int(i) for i in np.unravel_index(v, inside.shape)) for v in widest.values()]
-    across = np.nonzero(fixed)[frame.left_right]
-    middle, width = (across.min() + across.max()) / 2, np.ptp(across)
-    near = [v for v in voxels if abs(v[frame.left_right] - middle) <= MIDLINE_SHARE * width]
-    return voxels, near
+    labels, _ = ndimage.label(inside & ~fixed, kuhn_structure())
+    voxels = np.flatnonzero(labels)
+    links = np.array([_link(flat_inside, int(voxel), steps) for voxel in voxels], dtype=np.int64)
+    is_pierceable = is_ring[links] if len(links) else np.zeros(0, dtype=bool)
+    voxels, links = voxels[is_pierceable], links[is_pierceable]
+    sheet, away = labels.flat[voxels], distance.flat[voxels]
+    membranes = []
+    for number in np.unique(sheet):
+        own = np.flatnonzero(sheet == number)
+        best = own[np.argmax(away[own])]
+        near = own[away[own] >= away[best] / 2]
+        i, j, k = (int(n) for n in np.unravel_index(voxels[best], inside.shape))
+        direction = _direction(links[near])
+        membranes.append(Membrane((i, j, k), float(2 * away[best]), direction))
+    return sorted(membranes, key=lambda membrane: (-membrane.width, membrane.voxel))
+
+
+def _direction(links: Integers) -> Floats:
+    """Return the direction from one side to the other, as most of the voxels of a sheet see it.
+
+    Each sees the gradient of the linear function that fits 1 on one side, 0 in the sheet and -1 on
+    the other best; a mere mean of neighbours would lean towards the diagonal of the Kuhn grid.
+    """
+    moments = NEIGHBOURS.T @ NEIGHBOURS
+    arms = []
+    for link in links:
+        front, back = (NEIGHBOURS[list(bits)].sum(axis=0) for bits in pieces_of_outside(int(link)))
+        arms.append(np.linalg.solve(moments, front - back))
+    return np.asarray(np.linalg.svd(np.array(arms))[2][0])
+
+
+def pieces_of_outside(link: int) -> list[set[int]]:
+    """Return the connected pieces of a link's outside, each as a set of rows of `NEIGHBOURS`."""
+    rest = {k for k in range(14) if not link >> k & 1}
+    pieces = []
+    while rest:
+        piece, grown = {min(rest)}, {min(rest)}
+        while grown:
+            grown = {k for k in rest - piece if any(_is_step(k, other) for other in piece)}
+            piece |= grown
+        rest -= piece
+        pieces.append(piece)
+    return pieces
+
+
+def _is_step(one: int, other: int) -> bool:
+    difference = NEIGHBOURS[one] - NEIGHBOURS[other]
+    return bool((difference == NEIGHBOURS).all(axis=1).any())
+
+
+def link_of(inside: Booleans, voxel: tuple[int, int, int]) -> int:
+    """Return the link of one voxel: bit k tells whether its neighbour `NEIGHBOURS[k]` is inside."""
+    steps = NEIGHBOURS @ np.array(inside.strides, dtype=np.int64)
+    return int(_link(inside.reshape(-1), int(np.ravel_multi_index(voxel, inside.shape)), steps))

@@ -12,7 +12,7 @@ import numpy as np
 from flyreg_core.boundary import Curve, CurveKey
 from flyreg_core.cut import PIECES, Dissection
 from flyreg_core.errors import LandmarkError
-from flyreg_core.frame import BrainFrame
+from flyreg_core.frame import DORSO_VENTRAL, LEFT_RIGHT, BrainFrame
 from flyreg_core.halves import FlatHalf
 from flyreg_core.landmarks import (
     HALVES,
@@ -128,8 +128,8 @@ def _partners(
 
 def _progress(curve: Curve, name: CurveName, frame: BrainFrame) -> Floats:
     """Return how far along the animal's axis each vertex of a curve lies, growing from 0 to 1."""
-    axis = frame.left_right if name in ("upper", "lower") else frame.dorso_ventral
-    forward = np.maximum(np.diff(curve.points[:, axis]), 0)
+    axis = LEFT_RIGHT if name in ("upper", "lower") else DORSO_VENTRAL
+    forward = np.maximum(np.diff(frame.coordinates(curve.points)[:, axis]), 0)
     total = max(float(forward.sum()), np.finfo(float).tiny)
     steps = (1 - LENGTH_SHARE) * forward / total + LENGTH_SHARE * np.diff(curve.share)
     progress = np.concatenate([[0.0], np.cumsum(steps)])

@@ -9,27 +9,37 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage, sparse
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from flyreg_core.errors import TopologyError
+from flyreg_core.frame import ANTERO_POSTERIOR, DORSO_VENTRAL, LEFT_RIGHT
 from flyreg_core.mesh import Booleans, Floats, Integers, SurfaceMesh
 from flyreg_core.refine import (
     Refinement,
-    all_but_largest,
     chords,
     keep_largest_regions,
     split_along_zero,
     split_edges,
 )
-from flyreg_core.topology import euler_characteristic, half_edges
+from flyreg_core.relabel import Links, find_links, grow_patch, may_change, move_border
+from flyreg_core.topology import euler_characteristic, euler_characteristic_of, half_edges
 from flyreg_core.torus import Torus
 
 PIECES = ("anterior", "posterior", "right cap", "left cap")
 CAP_DEPTH = 0.3
 """How far inside a trim plane the cap ends, in voxels of the torus."""
-TIDYING_ROUNDS = 3
+LEVELS = np.linspace(0.02, 0.98, 49)
+"""Shares of the surface behind the levels at which the first two rings may part."""
+SECTION = 2.0
+"""Thickness of the sections across the left-right axis, voxels."""
+SECTION_BLUR = 2.0
+"""Blur over neighbouring sections, sections, so that the cut has no steps."""
+SECTION_MARGIN = 0.25
+"""Share of a section's depth that the cut leaves before and behind it, but near the oesophagus."""
 SMALL = 1e-9
-"""Makes a value that was exactly 0 negative."""
+"""Least size of a value whose sign tells the side."""
 RING_REACH = 1.8
 """How far from the membrane across the oesophagus its ring of vertices reaches, in voxels."""
 RING_INFLUENCE = 1.0
@@ -49,9 +59,7 @@ class Dissection:
 
     surface: SurfaceMesh
     piece_of_face: Integers  # (m,), index into PIECES
-    cut_knots: (
-        Floats  # (3, 2): left-right and antero-posterior coordinate of the cut at three places
-    )
+    cut_knots: Floats  # (3, 2), left-right and antero-posterior place of the cut in the frame
 
     def faces_of(self, piece: str) -> Integers:
         """Return the faces of one piece, with the vertex numbers of the whole surface."""
@@ -73,38 +81,141 @@ def dissect(
     Raises
     ------
     TopologyError
-        A piece does not have the shape it must have.
+        A cap or the cut lies where there is no brain.
 
     Notes
     -----
     The cut runs through the middles of both trim openings and of the narrowest place of the
     oesophagus, straight between them (3.1 B of the paper halves the bounding box, which misses a
-    trim opening in some brains). Its height decides the side of each vertex; islands change side;
-    the line is drawn between vertices of different sides, so it is made of simple closed curves.
+    trim opening in some brains). Two halves that are rings are there from the start, parted by two
+    level curves of `Torus.turn`; their border then moves, vertex by vertex, to where the cut wants
+    it, as far as they remain rings. The caps grow from where the cut crosses the trim planes, as
+    far as they remain disks of which the cut crosses each rim twice. So every brain falls into two
+    rings and two disks, and where the cut is not a height (in folds and pockets) it gives way. The
+    lines are drawn between vertices of different sides: simple closed curves.
     """
-    lr, ap = torus.frame.left_right, torus.frame.antero_posterior
-    x = surface.vertices[:, lr]
     depth = CAP_DEPTH * torus.pitch
-    right = keep_largest_regions(surface.faces, x - torus.planes.right - depth)
-    left = keep_largest_regions(surface.faces, torus.planes.left - depth - x)
-    for name, field in (("right", right), ("left", left)):
-        if not (field < 0).any():
-            raise TopologyError(f"the {name} trim plane does not touch the brain; move it inwards")
+    x = torus.frame.coordinates(surface.vertices)[:, LEFT_RIGHT]
+    right = _beyond_plane(surface.faces, x - torus.planes.right - depth, "right")
+    left = _beyond_plane(surface.faces, torus.planes.left - depth - x, "left")
     ring = _ring_of_oesophagus(torus, surface)
+    places = torus.frame.coordinates(smoothed)
     knots = np.array(
-        [smoothed[place].mean(axis=0)[[lr, ap]] for place in (right < 0, ring, left < 0)]
+        [
+            places[part].mean(axis=0)[[LEFT_RIGHT, ANTERO_POSTERIOR]]
+            for part in (right < 0, ring, left < 0)
+        ]
     )
     knots[:, 1] += parameters.shift_um
-    height = _height_over_cut(smoothed, ring, knots, torus, parameters)
+    height = _height_over_cut(places, ring, knots, torus, parameters)
     height = keep_largest_regions(surface.faces, height)
-    if not (height < 0).any() or not (height >= 0).any():
-        raise TopologyError("the cut leaves nothing on one side of it; move the cut height back")
-    right, left = _tidy_caps(surface.faces, right, left, height)
-    vertices, faces, piece = _divide(surface, right, left, height)
+    links = find_links(surface.faces, len(surface.vertices))
+    is_behind = move_border(links, _rings(torus, surface, height >= 0), height)
+    cap = _grow_caps(surface, links, is_behind, right, left)
+    fields = (
+        _signed(right, cap == PIECES.index("right cap")),
+        _signed(left, cap == PIECES.index("left cap")),
+        _signed(height, ~is_behind),
+    )
+    vertices, faces, piece = _divide(surface, *fields)
     vertices, faces, piece = _split_chords(vertices, faces, piece)
     dissection = Dissection(SurfaceMesh(vertices, faces), piece.astype(np.int64), knots)
     _check(dissection)
     return dissection
+
+
+def _beyond_plane(faces: Integers, inside: Floats, name: str) -> Floats:
+    """Return how far inside a trim plane vertices lie, negative in one region without islands."""
+    field = keep_largest_regions(faces, inside)
+    if not (field < 0).any():
+        raise TopologyError(f"the {name} trim plane does not touch the brain; move it inwards")
+    return field
+
+
+def _rings(torus: Torus, surface: SurfaceMesh, is_wanted: Booleans) -> Booleans:
+    """Return which vertices lie on the posterior of two rings that the torus consists of.
+
+    The posterior ring reaches from the membrane to that level of `Torus.turn` at which it holds the
+    most of what is wanted on it and the least of the rest.
+    """
+    turn = torus.turn
+    if surface is not torus.surface:
+        turn = turn[cKDTree(torus.surface.vertices).query(surface.vertices)[1]]
+    levels = np.quantile(turn[turn > 0], LEVELS)
+    gains = [int(np.where(is_wanted, 1, -1)[turn <= level].sum()) for level in levels]
+    for level in levels[np.argsort(gains, kind="stable")[::-1]]:
+        sides = np.where((turn > 0) & (turn <= level), 1.0, -1.0)
+        is_behind = keep_largest_regions(surface.faces, sides) > 0  # no specks of rounding
+        if euler_characteristic_of(surface.faces, is_behind) == 0:
+            return is_behind
+    raise TopologyError(
+        "the brain cannot be divided into two rings around its oesophagus; choose another tunnel, "
+        "or use more voxels"
+    )
+
+
+def _grow_caps(
+    surface: SurfaceMesh, links: Links, is_behind: Booleans, right: Floats, left: Floats
+) -> Integers:
+    """Return for each vertex the number of its cap in `PIECES`, or 0.
+
+    Each grows from where the cut is deepest in its trim opening.
+    """
+    vertices, faces = surface.vertices, surface.faces
+    seam = _on_outer_seam(faces, links, is_behind, np.minimum(right, left))
+    cap = np.zeros(len(is_behind), dtype=np.int64)
+    for name, field in (("right", right), ("left", left)):
+        number = PIECES.index(f"{name} cap")
+        from_rim = cKDTree(vertices[field >= 0]).query(vertices[seam])[0]
+        start = seam[np.argmax(np.where(field[seam] < 0, from_rim, -1))]
+        if field[start] >= 0 or cap[start]:
+            raise TopologyError(
+                f"the cut does not pass the {name} trim opening; move the cut height or the plane"
+            )
+        cap = grow_patch(links, cap, is_behind, field < 0, start, number)
+    return cap
+
+
+def _inside_sections(places: Floats, cut: Floats, pitch: float) -> Floats:
+    """Return the places of the cut, moved into the middle part of the section they lie in."""
+    x, depth = places[:, LEFT_RIGHT], places[:, ANTERO_POSTERIOR]
+    section = np.floor((x - x.min()) / (SECTION * pitch)).astype(int)
+    count = int(section.max()) + 1
+    low, high = np.full(count, np.inf), np.full(count, -np.inf)
+    np.minimum.at(low, section, depth)
+    np.maximum.at(high, section, depth)
+    margin = SECTION_MARGIN * (high - low)
+    middles = x.min() + SECTION * pitch * (np.arange(count) + 0.5)
+    front, back = (
+        np.interp(x, middles, ndimage.gaussian_filter1d(end, SECTION_BLUR, mode="nearest"))
+        for end in (low + margin, high - margin)
+    )
+    return np.asarray(np.clip(cut, front, back))
+
+
+def _on_outer_seam(faces: Integers, links: Links, is_behind: Booleans, beyond: Floats) -> Integers:
+    """Return vertices at the border of the halves around the outside of the brain.
+
+    Of its two closed curves, the other one runs around the oesophagus; it stays nearer the midline.
+    Only vertices that could change side are returned, so that what is left beside them is whole.
+    """
+    n = len(is_behind)
+    sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2)
+    is_seam = is_behind[sides[..., 0]] != is_behind[sides[..., 1]]
+    keys, number = np.unique((sides[..., 0] * n + sides[..., 1])[is_seam], return_inverse=True)
+    pairs = number.reshape(-1, 2)  # a face with both sides has two edges that are crossed
+    graph = sparse.coo_array((np.ones(len(pairs)), tuple(pairs.T)), (len(keys), len(keys)))
+    count, curve = connected_components(graph, directed=False)
+    edges = np.stack(np.divmod(keys, n), axis=1)
+    reach = [float(beyond[edges[curve == k]].min()) for k in range(count)]
+    outer = np.unique(edges[curve == int(np.argmin(reach))])
+    return outer[may_change(links, is_behind, outer)]
+
+
+def _signed(values: Floats, is_negative: Booleans) -> Floats:
+    """Return values whose signs are as told."""
+    size = np.maximum(np.abs(values), SMALL)
+    return np.asarray(np.where(is_negative, -size, size))
 
 
 def _ring_of_oesophagus(torus: Torus, surface: SurfaceMesh) -> Booleans:
@@ -114,50 +225,31 @@ def _ring_of_oesophagus(torus: Torus, surface: SurfaceMesh) -> Booleans:
 
 
 def _height_over_cut(
-    smoothed: Floats, ring: Booleans, knots: Floats, torus: Torus, parameters: CutParameters
+    places: Floats, ring: Booleans, knots: Floats, torus: Torus, parameters: CutParameters
 ) -> Floats:
-    """Return how far behind the cut each smoothed vertex lies, micrometres.
+    """Return how far behind the cut each place in the animal's frame lies, micrometres.
 
     Near the oesophagus the cut follows its narrowest ring, which may be tilted, so that it runs
-    around the tunnel whatever way that takes; away from it the cut is straight between the knots.
+    around the tunnel whatever way that takes; away from it the cut is straight between the knots,
+    but where it would leave the brain.
     """
-    frame = torus.frame
-    across = smoothed[:, [frame.left_right, frame.dorso_ventral]]
+    across = places[:, [LEFT_RIGHT, DORSO_VENTRAL]]
     away, nearest = cKDTree(across[ring]).query(across)
     nearness = np.exp(-((away / (RING_INFLUENCE * torus.oesophagus.width_um)) ** 2))
-    straight = np.interp(smoothed[:, frame.left_right], knots[:, 0], knots[:, 1])
-    at_ring = smoothed[ring][nearest, frame.antero_posterior] + parameters.shift_um
+    straight = _inside_sections(places, np.interp(places[:, LEFT_RIGHT], *knots.T), torus.pitch)
+    at_ring = places[ring][nearest, ANTERO_POSTERIOR] + parameters.shift_um
     cut = nearness * at_ring + (1 - nearness) * straight
-    return np.asarray(smoothed[:, frame.antero_posterior] - cut)
-
-
-def _tidy_caps(
-    faces: Integers, right: Floats, left: Floats, height: Floats
-) -> tuple[Floats, Floats]:
-    """Return the caps' fields changed so that the cut crosses each rim exactly twice.
-
-    What the cut severs from either part of a cap joins the tube, and what a cap severs from either
-    half of the tube joins the nearer cap.
-    """
-    fields = [right.copy(), left.copy()]
-    is_behind = height >= 0
-    for field in fields:
-        for side in (is_behind, ~is_behind):
-            severed = all_but_largest(faces, (field < 0) & side)
-            field[severed] = -field[severed]
-    is_tube = (fields[0] >= 0) & (fields[1] >= 0)
-    for side in (is_behind, ~is_behind):
-        severed = all_but_largest(faces, is_tube & side)
-        for field, other in (fields, fields[::-1]):
-            joins = severed & (field < other)
-            field[joins] = -field[joins] - SMALL
-    return keep_largest_regions(faces, fields[0]), keep_largest_regions(faces, fields[1])
+    return np.asarray(places[:, ANTERO_POSTERIOR] - cut)
 
 
 def _divide(
     surface: SurfaceMesh, right: Floats, left: Floats, height: Floats
 ) -> tuple[Floats, Integers, Integers]:
-    """Split the surface where each field is zero; return it with the piece of each face."""
+    """Split the surface where each field is zero; return it with the piece of each face.
+
+    A vertex on a rim lies on the same side of the cut as the end of its edge outside the cap, so
+    that outside the caps the sides are those of the vertices.
+    """
     faces = surface.faces
     fields = np.column_stack([surface.vertices, right, left, height])
     cap = np.zeros(len(faces), dtype=np.int64)  # 0 tube, 2 right cap, 3 left cap: as in PIECES
@@ -165,29 +257,16 @@ def _divide(
         refinement = split_along_zero(faces, fields[:, column])
         is_cap = ~refinement.sides(fields[:, column])
         cap = np.where(is_cap, number, cap[refinement.parent])
+        first, second = refinement.ends.T
+        outside = np.where(fields[first, column] >= 0, first, second)
+        is_anterior = fields[outside, 5] < 0
         fields, faces = refinement.carry(fields), refinement.faces
-    fields[:, 5] = _tidy_height(faces, cap, fields[:, 5])
+        rim = slice(len(fields) - len(outside), None)
+        fields[rim, 5] = _signed(fields[rim, 5], is_anterior)
     refinement = split_along_zero(faces, fields[:, 5])
     is_behind = refinement.sides(fields[:, 5])
     cap = cap[refinement.parent]
     return refinement.carry(fields)[:, :3], refinement.faces, np.where(cap > 0, cap, is_behind)
-
-
-def _tidy_height(faces: Integers, cap: Integers, height: Floats) -> Floats:
-    """Return heights whose two signs occupy one connected region each in the tube and in each cap.
-
-    Vertices on a rim belong to two of these, so changes for one may call for some in another.
-    """
-    height = height.copy()
-    for _ in range(TIDYING_ROUNDS):
-        for number in (0, 2, 3):
-            own = faces[cap == number]
-            is_own = np.zeros(len(height), dtype=bool)
-            is_own[own] = True
-            for is_behind in (True, False):
-                severed = all_but_largest(own, is_own & ((height >= 0) == is_behind))
-                height[severed] = -height[severed] - (SMALL if is_behind else 0)
-    return height
 
 
 def _split_chords(

@@ -62,6 +62,19 @@ def extract_surface(field: Floats, origin: Floats, pitch: float) -> SurfaceMesh:
         Closed, manifold, oriented outwards, with the topology of the inside voxels under the
         14-neighbourhood. Vertices in the order of their grid edges.
     """
+    return extract_surface_and_voxels(field, origin, pitch)[0]
+
+
+def extract_surface_and_voxels(
+    field: Floats, origin: Floats, pitch: float
+) -> tuple[SurfaceMesh, Integers]:
+    """Return what `extract_surface` does, and the grid edge each vertex lies on.
+
+    Returns
+    -------
+    (n, 2) int
+        The flat indices of the voxel inside and the voxel outside.
+    """
     inside = field > 0
     corner_labels = np.stack([_shifted(inside, offset) for offset in np.ndindex(2, 2, 2)])
     mixed = corner_labels.any(axis=0) & ~corner_labels.all(axis=0)
@@ -84,7 +97,9 @@ def _shifted(inside: np.ndarray, offset: tuple[int, ...]) -> np.ndarray:
     return inside[tuple(slice(o, n - 1 + o) for o, n in zip(offset, inside.shape, strict=True))]
 
 
-def _surface_of_edges(edges: Integers, field: Floats, origin: Floats, pitch: float) -> SurfaceMesh:
+def _surface_of_edges(
+    edges: Integers, field: Floats, origin: Floats, pitch: float
+) -> tuple[SurfaceMesh, Integers]:
     """Return the surface whose face corners lie on the (m, 3, 2) grid edges (inside, outside)."""
     key = edges[..., 0] * field.size + edges[..., 1]
     unique, faces = np.unique(key, return_inverse=True)
@@ -94,4 +109,4 @@ def _surface_of_edges(edges: Integers, field: Floats, origin: Floats, pitch: flo
     share = np.clip(share, CLOSEST_TO_CORNER, 1 - CLOSEST_TO_CORNER)[:, None]
     positions = np.stack(np.unravel_index(ends, field.shape), axis=-1).astype(float)
     vertices = origin + pitch * ((1 - share) * positions[:, 0] + share * positions[:, 1])
-    return SurfaceMesh(vertices, faces.reshape(-1, 3))
+    return SurfaceMesh(vertices, faces.reshape(-1, 3)), ends

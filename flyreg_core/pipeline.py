@@ -26,6 +26,7 @@ from flyreg_core.halves import FlatHalf, lay_flat
 from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair, LandmarkParameters
 from flyreg_core.lift import Registration, build_locators, register
 from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.pose import find_frame
 from flyreg_core.progress import Report, ignore, within
 from flyreg_core.project import Brain, Project
 from flyreg_core.simplify import Simplified, simplify
@@ -36,8 +37,6 @@ from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline
 from flyreg_core.torus import Torus, make_torus
 
 T = TypeVar("T")
-SIMILAR_WIDTH = 0.6
-"""Another tunnel near the midline at least this wide, as a share, makes the oesophagus a guess."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +108,8 @@ class Pipeline:
     """Runs projects; what did not change since the last run is not computed again."""
 
     def __init__(self) -> None:
-        self._read = Memo("read", lambda brain, report: read_brain(brain), capacity=4)
+        self._read = Memo("read", read_brain, capacity=4)
+        self._frame = Memo("pose", lambda raw, report: find_frame(raw), capacity=4)
         self._solid = Memo("solid", voxelize, capacity=4)
         self._torus = Memo("torus", make_torus, capacity=6)
         self._simplify = Memo("simplify", simplify, capacity=6)
@@ -127,9 +127,7 @@ class Pipeline:
 
     def prepare(self, brain: Brain, report: Report = ignore) -> PreparedBrain:
         """Return one brain read, solid, trimmed to a torus, cut, and laid flat."""
-        raw = self._read(brain.input, report=within(report, 0.0, 0.02))
-        solid = self._solid(raw, brain.solid, report=within(report, 0.02, 0.3))
-        torus = self._torus(raw, solid, brain.trim, report=within(report, 0.3, 0.5))
+        raw, torus = self.make_torus(brain, within(report, 0.0, 0.5))
         simplified = self._simplify(torus.surface, brain.simplify, report=within(report, 0.5, 0.55))
         smoothed = self._smooth(simplified.surface, brain.smooth, report=within(report, 0.55, 0.7))
         dissection = self._cut(
@@ -140,9 +138,11 @@ class Pipeline:
 
     def make_torus(self, brain: Brain, report: Report = ignore) -> tuple[SurfaceMesh, Torus]:
         """Return one brain as read and as a torus, and nothing further."""
-        raw = self._read(brain.input, report=within(report, 0.0, 0.02))
-        solid = self._solid(raw, brain.solid, report=within(report, 0.02, 0.6))
-        return raw, self._torus(raw, solid, brain.trim, report=within(report, 0.6, 1.0))
+        raw = self._read(brain.input, report=within(report, 0.0, 0.2))
+        frame = self._frame(raw, report=within(report, 0.2, 0.3))
+        solid = self._solid(raw, frame, brain.solid, report=within(report, 0.3, 0.6))
+        torus = self._torus(raw, solid, brain.trim, brain.handles, report=within(report, 0.6, 1.0))
+        return raw, torus
 
     def run(self, project: Project, report: Report = ignore, measure: bool = True) -> Results:
         """Return what follows from a project; without `measure` distances are left out.
@@ -289,19 +289,9 @@ def find_warnings(
     warnings = []
     for brain in (source, target):
         name = brain.brain.input.name
-        warnings += [f"{name}: {text}" for text in brain.simplified.warnings]
-        rivals = [
-            handle
-            for handle in brain.torus.handles
-            if handle.is_near_midline
-            and not handle.is_oesophagus
-            and handle.width_um >= SIMILAR_WIDTH * brain.torus.oesophagus.width_um
+        warnings += [
+            f"{name}: {text}" for text in (*brain.torus.warnings, *brain.simplified.warnings)
         ]
-        if rivals:
-            warnings.append(
-                f"{name}: the widest tunnel near the midline ({brain.torus.oesophagus.width_um:.0f} um) "
-                f"is taken for the oesophagus, but another is {rivals[0].width_um:.0f} um wide"
-            )
     warnings += [
         f"landmark {pair.name} has only one end and is not used"
         for pair in pairs

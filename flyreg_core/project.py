@@ -10,6 +10,7 @@ from typing import Literal
 from flyreg_core.cut import CutParameters
 from flyreg_core.errors import InputError, LandmarkError
 from flyreg_core.flatten import FlattenParameters
+from flyreg_core.handles import HandleParameters
 from flyreg_core.landmarks import LandmarkPair, LandmarkParameters
 from flyreg_core.simplify import SimplifyParameters
 from flyreg_core.smooth import SmoothParameters
@@ -49,6 +50,7 @@ class Brain:
     input: BrainInput
     solid: SolidParameters = SolidParameters()
     trim: TrimParameters = TrimParameters()
+    handles: HandleParameters = HandleParameters()
     simplify: SimplifyParameters = SimplifyParameters()
     smooth: SmoothParameters = SmoothParameters()
     cut: CutParameters = CutParameters()

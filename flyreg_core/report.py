@@ -9,10 +9,12 @@ from importlib import metadata
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from flyreg_core import topology
-from flyreg_core.brain_files import write_mesh
-from flyreg_core.carve import Handle
+from flyreg_core.brain_files import input_facts, write_mesh
+from flyreg_core.frame import BrainFrame
+from flyreg_core.handles import Handle
 from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import orientations
@@ -21,11 +23,13 @@ from flyreg_core.progress import Report
 from flyreg_core.project import BrainInput
 from flyreg_core.simplify import Simplified
 from flyreg_core.surface_distance import Distances, DistanceSummary, distances_to_surface
-from flyreg_core.torus import Torus
+from flyreg_core.torus import ORIGINS, Torus
 
 LIBRARIES = ("flyreg", "numpy", "scipy", "numba", "libigl", "manifold3d", "trimesh")
 INFLUENCE_WIDTH = 0.2
 """Width in the rectangle over which a landmark's weight is shown to fade."""
+MOST_FILLINGS = 50
+"""As many of the filled places are listed, the largest first."""
 STATUS = {"by the spline": 0, "on a curve": 1, "fold mended": 2, "on a cap": 3}
 """Values of the registered mesh's property `status`: how each vertex got its place."""
 
@@ -38,11 +42,10 @@ def inspect_report(brain: BrainInput, raw: SurfaceMesh, torus: Torus) -> Facts:
     used = np.unique(raw.faces)
     components = len(np.unique(topology.component_of_vertex(raw.faces, len(raw.vertices))[used]))
     is_closed = topology.is_closed(raw.faces)
-    axes = "xyz"
-    frame = torus.frame
     return {
         "name": brain.name,
-        "kind": "surface",
+        "kind": brain.kind,
+        **input_facts(brain),
         "unit": brain.unit,
         "unit_known_by": brain.unit_known_by,
         "vertices": len(raw.vertices),
@@ -52,13 +55,20 @@ def inspect_report(brain: BrainInput, raw: SurfaceMesh, torus: Torus) -> Facts:
         "open_edges": open_edges,
         "non_manifold_edges": non_manifold,
         "extent_um": [float(length) for length in np.ptp(raw.vertices, axis=0)],
-        "pose": {
-            "right_to_left": axes[frame.left_right],
-            "dorsal_to_ventral": axes[frame.dorso_ventral],
-            "anterior_to_posterior": axes[frame.antero_posterior],
-        },
+        "pose": _pose(torus.frame),
         "trim_um": {"right": torus.planes.right, "left": torus.planes.left},
         "handles": [_handle(handle) for handle in torus.handles],
+    }
+
+
+def _pose(frame: BrainFrame) -> Facts:
+    left, ventral, posterior = (list(map(float, axis)) for axis in frame.axes)
+    return {
+        "center_um": list(map(float, frame.origin)),
+        "left": left,
+        "ventral": ventral,
+        "posterior": posterior,
+        "is_mirrored": frame.is_mirrored,
     }
 
 
@@ -66,7 +76,9 @@ def _handle(handle: Handle) -> Facts:
     return {
         "center_um": list(handle.center_um),
         "width_um": handle.width_um,
+        "direction": list(handle.direction),
         "is_near_midline": handle.is_near_midline,
+        "is_candidate": handle.is_candidate,
         "is_oesophagus": handle.is_oesophagus,
     }
 
@@ -75,6 +87,10 @@ def prepare_report(raw: SurfaceMesh, torus: Torus, simplified: Simplified, repor
     """Return what a prepared main brain is, and how far it leaves the original surface."""
     surface = simplified.surface
     away = distances_to_surface(surface.vertices, raw, report)
+    origin = torus.origin_of_vertex
+    if surface is not torus.surface:
+        origin = origin[cKDTree(torus.surface.vertices).query(surface.vertices)[1]]
+    kept = away[origin == ORIGINS.index("original")]
     handle = torus.oesophagus
     return {
         "vertices": len(surface.vertices),
@@ -84,16 +100,29 @@ def prepare_report(raw: SurfaceMesh, torus: Torus, simplified: Simplified, repor
         "watertight": topology.is_closed(surface.faces),
         "diagonal_um": surface.diagonal,
         "deviation": {
-            "mean_um": float(away.mean()),
-            "p99_um": float(np.percentile(away, 99)),
-            "max_um": float(away.max()),
+            "mean_um": float(kept.mean()),
+            "p99_um": float(np.percentile(kept, 99)),
+            "max_um": float(kept.max()),
+            "share_of_vertices": len(kept) / len(away),
+            "untrimmed_mean_um": float(away[origin != ORIGINS.index("trimmed")].mean()),
         },
         "handle": {
             "center_um": list(handle.center_um),
             "width_um": handle.width_um,
-            "chosen_by": "widest tunnel near the midline",
+            "chosen_by": torus.chosen_by,
+            "is_guess": torus.is_guess,
         },
+        "pose": _pose(torus.frame),
+        "trim_um": {"right": torus.planes.right, "left": torus.planes.left},
         "filled_um3": torus.filled_um3,
+        "drilled_um3": torus.drilled_um3,
+        "fillings": [
+            {"center_um": list(filling.center_um), "volume_um3": filling.volume_um3}
+            for filling in torus.fillings[:MOST_FILLINGS]
+        ],
+        "vertices_by_origin": {
+            name: int((origin == number).sum()) for number, name in enumerate(ORIGINS)
+        },
         "simplified": _simplified(torus, simplified),
     }
 

@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 
 import igl
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from flyreg_core.errors import MeshError
-from flyreg_core.frame import find_frame
-from flyreg_core.mesh import Booleans, Floats, SurfaceMesh
+from flyreg_core.frame import DORSO_VENTRAL, BrainFrame
+from flyreg_core.mesh import Booleans, Floats, Integers, SurfaceMesh
 from flyreg_core.progress import Report, in_chunks
 
 KUHN_OFFSETS = np.array([offset for offset in np.ndindex(2, 2, 2) if any(offset)], dtype=np.int64)
@@ -26,6 +27,8 @@ def kuhn_structure() -> Booleans:
 
 
 FEWEST_VOXELS = 8
+MARGIN = 2
+"""Layers of voxels around the brain."""
 
 
 @dataclass(frozen=True)
@@ -37,22 +40,31 @@ class SolidParameters:
 
 @dataclass(frozen=True, eq=False)
 class VoxelSolid:
-    """A solid on a cubic grid whose outermost layer is outside."""
+    """A solid on a cubic grid along the axes of the animal, whose outermost layer is outside."""
 
     inside: Booleans  # (nx, ny, nz)
-    origin: Floats  # (3,), centre of voxel (0, 0, 0), micrometres
+    frame: BrainFrame
+    origin: Floats  # (3,), centre of voxel (0, 0, 0) in the frame, micrometres
     pitch: float  # edge of a voxel, micrometres
+    winding_number: NDArray[np.float32] | None = None  # (nx, ny, nz) of the surface it came from
 
     def coordinates(self, axis: int) -> Floats:
-        """Return the positions of the voxel centres along one axis, micrometres."""
+        """Return the voxel centres along one axis of the frame, micrometres."""
         return np.asarray(self.origin[axis] + self.pitch * np.arange(self.inside.shape[axis]))
 
     def positions(self, index: tuple[np.ndarray, ...]) -> Floats:
-        """Return the (k, 3) centres of the voxels of an index such as `np.nonzero` gives."""
-        return np.asarray(self.origin + self.pitch * np.stack(index, axis=-1))
+        """Return where the (k, 3) voxels of an index such as `np.nonzero` gives lie in the file."""
+        return self.frame.points(self.origin + self.pitch * np.stack(index, axis=-1))
+
+    def voxels(self, points: Floats) -> Integers:
+        """Return the (k, 3) index of the voxel nearest to each point of the file."""
+        steps = (self.frame.coordinates(points) - self.origin) / self.pitch
+        return np.asarray(np.clip(np.round(steps), 0, np.array(self.inside.shape) - 1), int)
 
 
-def voxelize(mesh: SurfaceMesh, parameters: SolidParameters, report: Report) -> VoxelSolid:
+def voxelize(
+    mesh: SurfaceMesh, frame: BrainFrame, parameters: SolidParameters, report: Report
+) -> VoxelSolid:
     """Return the voxels inside a surface, whatever holes, sheets and crossings it has.
 
     A voxel is inside where the generalised winding number exceeds one half.
@@ -67,6 +79,10 @@ def voxelize(mesh: SurfaceMesh, parameters: SolidParameters, report: Report) -> 
     MeshError
         Fewer than 8 voxels across are asked for, or no voxel is inside.
 
+    Notes
+    -----
+    The grid is symmetric to the midplane, so that a brain and its mirror image get the same voxels.
+
     References
     ----------
     Jacobson, Kavan, Sorkine-Hornung, Robust inside-outside segmentation using generalized winding
@@ -77,12 +93,13 @@ def voxelize(mesh: SurfaceMesh, parameters: SolidParameters, report: Report) -> 
         raise MeshError(
             f"{parameters.voxels_across} voxels across cannot show a brain; use at least {FEWEST_VOXELS}"
         )
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    pitch = float(np.ptp(mesh.vertices[:, find_frame(mesh.vertices).dorso_ventral]))
-    pitch /= parameters.voxels_across
-    origin = low - 2 * pitch
-    shape = tuple(np.ceil((high - low) / pitch).astype(int) + 5)
-    grid = origin + pitch * np.moveaxis(np.indices(shape), 0, -1).reshape(-1, 3)
+    coordinates = frame.coordinates(mesh.vertices)
+    pitch = float(np.ptp(coordinates[:, DORSO_VENTRAL])) / parameters.voxels_across
+    first = np.floor(coordinates.min(axis=0) / pitch).astype(int) - MARGIN
+    last = np.ceil(coordinates.max(axis=0) / pitch).astype(int) + MARGIN
+    shape = tuple(last - first + 1)
+    empty = VoxelSolid(np.zeros(shape, dtype=bool), frame, pitch * first, pitch)
+    grid = empty.positions(tuple(np.indices(shape).reshape(3, -1)))
     bvh = igl.FastWindingNumberBVH()
     bvh.init(mesh.vertices, mesh.faces)
     winding_number = in_chunks(bvh.winding_number, grid, report, "finding the inside of the brain")
@@ -92,7 +109,8 @@ def voxelize(mesh: SurfaceMesh, parameters: SolidParameters, report: Report) -> 
             "the surface encloses nothing at this resolution, or is turned inside out; "
             "check the file or use more voxels"
         )
-    return VoxelSolid(inside, origin, pitch)
+    around = winding_number.reshape(shape).astype(np.float32)
+    return replace(empty, inside=inside, winding_number=around)
 
 
 def close_solid(solid: VoxelSolid, radius: float) -> VoxelSolid:

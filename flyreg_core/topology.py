@@ -43,6 +43,12 @@ def euler_characteristic(faces: Integers) -> int:
     return len(np.unique(faces)) - len(edges) + len(faces)
 
 
+def euler_characteristic_of(faces: Integers, chosen: Booleans) -> int:
+    """Return V - E + F of the chosen vertices with all edges and faces between them."""
+    edges, _ = unique_edges(faces)
+    return int(chosen.sum() - chosen[edges].all(axis=1).sum() + chosen[faces].all(axis=1).sum())
+
+
 def genus(faces: Integers) -> int:
     """Return the number of handles of a closed surface, summed over its components.
 

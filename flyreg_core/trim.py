@@ -8,7 +8,7 @@ import numpy as np
 from scipy import ndimage
 
 from flyreg_core.errors import MeshError
-from flyreg_core.frame import BrainFrame
+from flyreg_core.frame import ANTERO_POSTERIOR, LEFT_RIGHT
 from flyreg_core.mesh import Floats
 from flyreg_core.solid import VoxelSolid, largest_component
 
@@ -20,32 +20,28 @@ PROFILE_BLUR = 0.02
 
 @dataclass(frozen=True)
 class TrimParameters:
-    """Where the optic lobes are cut off, along the left-right axis in micrometres; None finds it."""
+    """Where the optic lobes are cut off, micrometres from the midplane; None finds it."""
 
-    right: float | None = None  # the smaller coordinate
+    right: float | None = None  # negative
     left: float | None = None
 
 
 @dataclass(frozen=True)
 class TrimPlanes:
-    """The two planes that bound the main brain, as coordinates along the left-right axis."""
+    """The two planes that bound the main brain, by their left-right coordinates in its frame."""
 
     right: float
     left: float
 
 
-def find_trim_planes(
-    solid: VoxelSolid, frame: BrainFrame, parameters: TrimParameters
-) -> TrimPlanes:
+def find_trim_planes(solid: VoxelSolid, parameters: TrimParameters) -> TrimPlanes:
     """Return the planes at the necks of the optic lobes, or where the parameters put them.
 
     A neck is where the silhouette seen from the front is least high, between the midline and the
     side of the brain (3.1 B of the paper leaves this to the user).
     """
-    x = solid.coordinates(frame.left_right)
-    silhouette = np.asarray(solid.inside.any(axis=frame.antero_posterior))
-    if frame.left_right > frame.dorso_ventral:
-        silhouette = silhouette.T
+    x = solid.coordinates(LEFT_RIGHT)
+    silhouette = np.asarray(solid.inside.any(axis=ANTERO_POSTERIOR))
     occupied = np.flatnonzero(silhouette.any(axis=1))
     height = ndimage.gaussian_filter1d(
         silhouette.sum(axis=1).astype(float), PROFILE_BLUR * len(occupied)
@@ -63,7 +59,7 @@ def find_trim_planes(
     )
 
 
-def trim(solid: VoxelSolid, frame: BrainFrame, planes: TrimPlanes) -> VoxelSolid:
+def trim(solid: VoxelSolid, planes: TrimPlanes) -> VoxelSolid:
     """Return the largest piece of the solid between the two planes.
 
     Raises
@@ -71,11 +67,9 @@ def trim(solid: VoxelSolid, frame: BrainFrame, planes: TrimPlanes) -> VoxelSolid
     MeshError
         The planes leave nothing between them.
     """
-    x = solid.coordinates(frame.left_right)
+    x = solid.coordinates(LEFT_RIGHT)
     kept = (x > planes.right) & (x < planes.left)
-    shape = [1, 1, 1]
-    shape[frame.left_right] = -1
-    inside = solid.inside & kept.reshape(shape)
+    inside = solid.inside & kept[:, None, None]
     if not inside.any():
         raise MeshError(
             f"nothing of the brain lies between the trim planes at {planes.right:.0f} and "
@@ -84,7 +78,7 @@ def trim(solid: VoxelSolid, frame: BrainFrame, planes: TrimPlanes) -> VoxelSolid
     return replace(solid, inside=largest_component(inside))
 
 
-def plane_depth(positions: Floats, frame: BrainFrame, planes: TrimPlanes) -> Floats:
-    """Return how far points lie inside the nearer trim plane, micrometres; negative outside."""
-    x = positions[..., frame.left_right]
+def plane_depth(solid: VoxelSolid, planes: TrimPlanes) -> Floats:
+    """Return (nx,) how far voxels lie inside the nearer trim plane, micrometres; negative outside."""
+    x = solid.coordinates(LEFT_RIGHT)
     return np.asarray(np.minimum(x - planes.right, planes.left - x))

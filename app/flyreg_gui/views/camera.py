@@ -36,10 +36,11 @@ class ViewSpace:
     @classmethod
     def of(cls, surface: SurfaceMesh, frame: BrainFrame) -> ViewSpace:
         """Return the space of a prepared brain."""
-        low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
         axes = np.stack([np.cross(frame.dorsal, frame.anterior), frame.dorsal, frame.anterior])
-        size = np.abs(axes @ (high - low)) / surface.diagonal
-        return cls((low + high) / 2, surface.diagonal, axes, size)
+        along = surface.vertices @ axes.T
+        low, high = along.min(axis=0), along.max(axis=0)
+        middle = (low + high) / 2 @ axes
+        return cls(middle, surface.diagonal, axes, (high - low) / surface.diagonal)
 
     def inwards(self, point: Floats) -> Floats:
         """Return file coordinates in this space."""
