@@ -17,10 +17,13 @@ from flyreg_core.correspondence import (
 )
 from flyreg_core.cut import CutParameters, dissect
 from flyreg_core.flatten import FlattenParameters
+from flyreg_core.frame import BrainFrame
 from flyreg_core.halves import lay_flat
+from flyreg_core.handles import HandleParameters
 from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair, LandmarkParameters
 from flyreg_core.lift import Registration, build_locators, register
 from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.pose import find_frame
 from flyreg_core.smooth import SmoothParameters, smooth
 from flyreg_core.solid import SolidParameters, VoxelSolid, voxelize
 from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline, kernel
@@ -38,6 +41,9 @@ class PreparedBrain:
     smoothed: Floats
     flat: FlatBrain
 
+    def __repr__(self) -> str:
+        return f"PreparedBrain of {len(self.torus.surface.vertices)} vertices"  # not all of them
+
     @property
     def surface(self) -> SurfaceMesh:
         """The main brain with its cuts drawn."""
@@ -45,11 +51,14 @@ class PreparedBrain:
 
 
 def prepare(
-    original: SurfaceMesh, voxels_across: int = SolidParameters().voxels_across
+    original: SurfaceMesh,
+    voxels_across: int = SolidParameters().voxels_across,
+    frame: BrainFrame | None = None,
 ) -> PreparedBrain:
-    """Take a surface through the stages up to the flat halves."""
-    solid = voxelize(original, SolidParameters(voxels_across), progress.ignore)
-    torus = make_torus(original, solid, TrimParameters(), progress.ignore)
+    """Take a surface through the stages up to the flat halves, in the frame found or a given one."""
+    frame = frame or find_frame(original)
+    solid = voxelize(original, frame, SolidParameters(voxels_across), progress.ignore)
+    torus = make_torus(original, solid, TrimParameters(), HandleParameters(), progress.ignore)
     smoothed = smooth(
         torus.surface.vertices, torus.surface.faces, SmoothParameters(), progress.ignore
     )

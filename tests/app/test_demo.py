@@ -4,7 +4,9 @@ from flyreg_resources import read_help
 from flyreg_resources.demo import deform, make_demo_pair
 
 from flyreg_core import topology
+from flyreg_core.handles import HandleParameters
 from flyreg_core.mesh import SurfaceMesh
+from flyreg_core.pose import find_frame
 from flyreg_core.progress import ignore
 from flyreg_core.solid import SolidParameters, voxelize
 from flyreg_core.torus import make_torus
@@ -55,8 +57,9 @@ def test_the_deformation_turns_nothing_inside_out():
 
 @pytest.mark.parametrize("index", [0, 1])
 def test_one_handle_of_a_demo_brain_is_found_and_is_the_oesophagus(pair, index):
-    solid = voxelize(pair[index], SolidParameters(voxels_across=36), ignore)
-    torus = make_torus(pair[index], solid, TrimParameters(), ignore)
+    frame = find_frame(pair[index])
+    solid = voxelize(pair[index], frame, SolidParameters(voxels_across=36), ignore)
+    torus = make_torus(pair[index], solid, TrimParameters(), HandleParameters(), ignore)
     assert [handle.is_oesophagus for handle in torus.handles] == [True]
     assert topology.genus(torus.surface.faces) == 1
 

@@ -9,9 +9,11 @@ from hypothesis import settings
 from flyreg_core.brain_files import open_brain, write_mesh
 from flyreg_core.landmarks import LandmarkParameters
 from flyreg_core.lift import Registration
+from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.project import Brain, Project
 from flyreg_core.solid import SolidParameters
 from tests.brains import PreparedBrain, prepare, register_pair
+from tests.frames import laid, random_frame
 
 settings.register_profile("flyreg", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("flyreg")
@@ -35,6 +37,15 @@ def demo(request: pytest.FixtureRequest) -> PreparedBrain:
     """Each brain of the demo pair in turn."""
     brain: PreparedBrain = request.getfixturevalue(f"demo_{request.param}")
     return brain
+
+
+@pytest.fixture(scope="session", params=["turned", "mirrored"])
+def demo_elsewhere(request: pytest.FixtureRequest, demo_source: PreparedBrain) -> PreparedBrain:
+    """The source of the demo pair, lying otherwise in its file, or as its mirror image."""
+    there = random_frame(3, is_mirrored=request.param == "mirrored")
+    original = demo_source.original
+    own = SurfaceMesh(demo_source.torus.frame.coordinates(original.vertices), original.faces)
+    return prepare(laid(own, there), VOXELS_ACROSS, there)
 
 
 @pytest.fixture(scope="session")

@@ -78,7 +78,10 @@ def test_the_sides_of_a_half_meet_in_four_corners(demo: PreparedBrain, half):
 
 
 def test_upper_lies_above_lower_and_both_run_from_right_to_left(demo: PreparedBrain):
-    upper, lower = demo.flat.curves["upper", None].points, demo.flat.curves["lower", None].points
+    upper, lower = (
+        demo.torus.frame.coordinates(demo.flat.curves[name, None].points)
+        for name in ("upper", "lower")
+    )
     assert upper[:, 1].mean() < lower[:, 1].mean()
     for points in (upper, lower):
         assert points[0, 0] == points[:, 0].min()
@@ -88,7 +91,7 @@ def test_upper_lies_above_lower_and_both_run_from_right_to_left(demo: PreparedBr
 def test_left_and_right_lie_at_their_trim_planes_and_run_downwards(demo: PreparedBrain):
     for half in HALVES:
         for side in SIDES:
-            points = demo.flat.curves[side, half].points
+            points = demo.torus.frame.coordinates(demo.flat.curves[side, half].points)
             plane = getattr(demo.torus.planes, side)
             assert points[:, 0] == pytest.approx(plane, abs=demo.torus.pitch)
             assert points[0, 1] < points[-1, 1]

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from flyreg_core import edits
 from flyreg_core.brain_files import open_brain
-from flyreg_core.carve import Handle
 from flyreg_core.cut import CutParameters
 from flyreg_core.errors import Cancelled, FlyregError, LandmarkError
+from flyreg_core.handles import HandleParameters
 from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.pipeline import Memo, Pipeline, Results, find_warnings
 from flyreg_core.progress import ignore
@@ -66,6 +66,13 @@ def interior_pair(results: Results, shift: float = 0.0) -> LandmarkPair:
             lambda p: edits.set_brain(p, "source", replace(p.source, cut=CutParameters(3.0))),
             {"cut", "flatten", "prepared", "boundary landmarks", "landmarks", "basis"}
             | {"spline", "lift", "distances"},
+        ),
+        (
+            lambda p: edits.set_brain(
+                p, "source", replace(p.source, handles=HandleParameters(hole=(0.0, 35.0, 10.0)))
+            ),
+            {"torus", "simplify", "smooth", "cut", "flatten", "prepared", "boundary landmarks"}
+            | {"landmarks", "basis", "spline", "lift", "distances"},
         ),
         (
             lambda p: edits.set_brain(p, "target", replace(p.target, smooth=SmoothParameters(50))),
@@ -246,12 +253,12 @@ def test_a_changed_file_is_noticed(tmp_path: Path, demo_project: Project) -> Non
         Pipeline().prepare(brain)
 
 
-@pytest.mark.parametrize(("width_um", "is_named"), [(1.0, False), (20.0, True)])
-def test_another_wide_tunnel_near_the_midline_is_named(
-    results: Results, width_um: float, is_named: bool
-) -> None:
-    torus = results.source.torus
-    rival = Handle((0.0, 0.0, 0.0), width_um, is_near_midline=True, is_oesophagus=False)
-    source = replace(results.source, torus=replace(torus, handles=(*torus.handles, rival)))
+@pytest.mark.parametrize("is_guess", [False, True])
+def test_a_guessed_oesophagus_is_told_with_its_brain(results: Results, is_guess: bool) -> None:
+    torus = replace(results.source.torus, is_guess=is_guess)
+    source = replace(results.source, torus=torus)
     warnings = find_warnings(source, results.target, (), results.landmarks, results.registration)
-    assert any("but another is 20 um wide" in warning for warning in warnings) == is_named
+    name = results.source.brain.input.name
+    told = [text for text in warnings if text.startswith(f"{name}: the oesophagus is a guess")]
+    assert len(told) == is_guess
+    assert all("um wide" in text and torus.chosen_by in text for text in told)

@@ -8,6 +8,7 @@ import trimesh
 
 from flyreg_core.boundary import curve_key
 from flyreg_core.brain_files import open_brain, read_brain, write_mesh
+from flyreg_core.frame import LEFT_RIGHT
 from flyreg_core.landmarks import CURVES, HALVES, LandmarkParameters
 from flyreg_core.orientation import orientations
 from flyreg_core.progress import ignore
@@ -44,17 +45,22 @@ def test_a_prepared_brain_written_to_a_file_is_closed_in_one_piece_with_one_hand
     assert mesh.euler_number == 0
 
 
+def lateral(brain, points):
+    """How far points lie to the left of the midplane."""
+    return brain.torus.frame.coordinates(points)[..., LEFT_RIGHT]
+
+
 def test_the_handle_is_the_oesophagus_on_the_midline(brain):
-    x = brain.torus.surface.vertices[:, 0]
-    assert abs(brain.torus.oesophagus.center_um[0] - (x.min() + x.max()) / 2) < 0.1 * np.ptp(x)
+    width = np.ptp(lateral(brain, brain.torus.surface.vertices))
+    assert abs(lateral(brain, np.array(brain.torus.oesophagus.center_um))) < 0.1 * width
     hole = brain.flat.curves["hole", None].points
-    assert abs(hole[:, 0].mean() - (x.min() + x.max()) / 2) < 0.1 * np.ptp(x)
+    assert abs(lateral(brain, hole).mean()) < 0.1 * width
 
 
 def test_a_prepared_brain_is_the_original_but_for_half_a_percent_of_its_diagonal(brain):
     surface = brain.torus.surface
     away = distances_to_surface(sample_surface(surface, 20_000), brain.original, ignore)
-    x = sample_surface(surface, 20_000)[:, 0]
+    x = lateral(brain, sample_surface(surface, 20_000))
     planes = brain.torus.planes
     is_cap = np.minimum(x - planes.right, planes.left - x) < 0.5 * brain.torus.pitch
     assert away[~is_cap].mean() <= 0.005 * surface.diagonal
