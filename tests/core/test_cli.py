@@ -20,7 +20,7 @@ from flyreg_core.brain_files import open_brain, read_brain, write_mesh
 from flyreg_core.cli import main
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.project_file import load_project
-from tests.shapes import inside_out, sphere, together
+from tests.shapes import sphere, together
 
 COARSE = ["--voxels", "32"]
 DONE, WRONG_USAGE, BAD_INPUT, INTERNAL_ERROR = 0, 2, 3, 4
@@ -224,9 +224,8 @@ def bad_brain(kind: str, folder: Path) -> str:
     elif kind == "ball":
         vertices, faces = sphere(100.0, 4)
         write_mesh(path, SurfaceMesh(vertices * [3, 1.5, 0.7], faces), "um")
-    elif kind == "turned":
-        vertices, faces = inside_out(sphere(100.0, 4))
-        write_mesh(path, SurfaceMesh(vertices * [0.7, 1.5, 3], faces), "um")
+    elif kind == "round":
+        write_mesh(path, SurfaceMesh(*sphere(150.0, 4)), "um")
     return str(path)
 
 
@@ -239,7 +238,7 @@ def bad_brain(kind: str, folder: Path) -> str:
         ("tiny", "unit"),
         ("two", "two brains"),
         ("ball", "no tunnel"),
-        ("turned", "lies turned"),
+        ("round", "no direction that is clearly its left and right"),
     ],
 )
 def test_a_brain_that_cannot_be_used_gets_one_sentence_and_writes_nothing(
