@@ -138,11 +138,15 @@ class Pipeline:
 
     def make_torus(self, brain: Brain, report: Report = ignore) -> tuple[SurfaceMesh, Torus]:
         """Return one brain as read and as a torus, and nothing further."""
-        raw = self._read(brain.input, report=within(report, 0.0, 0.2))
-        frame = self._frame(raw, report=within(report, 0.2, 0.3))
+        raw, frame = self.raw(brain, within(report, 0.0, 0.3))
         solid = self._solid(raw, frame, brain.solid, report=within(report, 0.3, 0.6))
         torus = self._torus(raw, solid, brain.trim, brain.handles, report=within(report, 0.6, 1.0))
         return raw, torus
+
+    def raw(self, brain: Brain, report: Report = ignore) -> tuple[SurfaceMesh, BrainFrame]:
+        """Return one brain as read, in micrometres, and how the animal lies in it."""
+        raw = self._read(brain.input, report=within(report, 0.0, 0.7))
+        return raw, self._frame(raw, report=within(report, 0.7, 1.0))
 
     def run(self, project: Project, report: Report = ignore, measure: bool = True) -> Results:
         """Return what follows from a project; without `measure` distances are left out.
