@@ -7,10 +7,13 @@ from dataclasses import replace
 from typing import Literal
 
 from flyreg_core.errors import LandmarkError
+from flyreg_core.handles import Handle, HandleParameters, Point
 from flyreg_core.landmarks import LandmarkPair, Place
 from flyreg_core.project import Brain, Project
+from flyreg_core.trim import TrimParameters
 
 Role = Literal["source", "target"]
+Side = Literal["right", "left"]
 
 
 def set_weight(project: Project, identifier: str, weight: float) -> Project:
@@ -89,6 +92,62 @@ def place_pair(project: Project, identifier: str, role: Role, place: Place) -> P
 def set_brain(project: Project, role: Role, brain: Brain) -> Project:
     """Change how one brain is prepared, or which brain it is."""
     return replace(project, source=brain) if role == "source" else replace(project, target=brain)
+
+
+def brain_of(project: Project, role: Role) -> Brain:
+    """Return one of the two brains."""
+    return project.source if role == "source" else project.target
+
+
+def set_oesophagus(project: Project, role: Role, place: Point) -> Project:
+    """Take the tunnel nearest to a place of the file, in micrometres, for the oesophagus."""
+    handles = brain_of(project, role).handles
+    closed = tuple(other for other in handles.closed if other != place)
+    return _with_handles(project, role, replace(handles, hole=place, closed=closed))
+
+
+def close_tunnel(project: Project, role: Role, tunnel: Handle) -> Project:
+    """Say that a tunnel is not the oesophagus; one that was drilled is filled again instead."""
+    handles = brain_of(project, role).handles
+    if tunnel.is_oesophagus and handles.drills and handles.hole is None:
+        return _with_handles(project, role, replace(handles, drills=()))
+    hole = None if tunnel.is_oesophagus else handles.hole
+    closed = tuple(dict.fromkeys((*handles.closed, tunnel.center_um)))
+    return _with_handles(project, role, replace(handles, hole=hole, closed=closed))
+
+
+def add_drill(project: Project, role: Role, front: Point, back: Point) -> Project:
+    """Drill a straight channel between two places of the file and take it for the oesophagus."""
+    handles = brain_of(project, role).handles
+    drills = (*handles.drills, (front, back))
+    return _with_handles(project, role, replace(handles, hole=None, drills=drills))
+
+
+def reset_handles(project: Project, role: Role) -> Project:
+    """Leave it to the program again which tunnel is the oesophagus."""
+    return _with_handles(project, role, HandleParameters())
+
+
+def set_trim_plane(project: Project, role: Role, side: Side, place_um: float | None) -> Project:
+    """Put a trim plane so far to the left of the midplane; None leaves it to the program."""
+    brain = brain_of(project, role)
+    return set_brain(project, role, replace(brain, trim=replace(brain.trim, **{side: place_um})))
+
+
+def set_cut_shift(project: Project, role: Role, shift_um: float) -> Project:
+    """Divide the halves so far behind the automatic place."""
+    brain = brain_of(project, role)
+    return set_brain(project, role, replace(brain, cut=replace(brain.cut, shift_um=shift_um)))
+
+
+def reset_trimming(project: Project, role: Role) -> Project:
+    """Leave the trim planes and the cut of a brain to the program again."""
+    project = set_cut_shift(project, role, 0.0)
+    return set_brain(project, role, replace(brain_of(project, role), trim=TrimParameters()))
+
+
+def _with_handles(project: Project, role: Role, handles: HandleParameters) -> Project:
+    return set_brain(project, role, replace(brain_of(project, role), handles=handles))
 
 
 def _replace_pair(project: Project, identifier: str, **changes: object) -> Project:

@@ -8,15 +8,21 @@ from hypothesis import strategies as st
 
 from flyreg_core import edits
 from flyreg_core.errors import LandmarkError
+from flyreg_core.handles import Handle, HandleParameters
 from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.project import Brain, BrainInput, Project
 from flyreg_core.smooth import SmoothParameters
+from flyreg_core.trim import TrimParameters
 
 BRAIN = Brain(BrainInput("a.ply", "/nowhere/a.ply", "0" * 64, "um", "stated by the user"))
 OTHER = replace(BRAIN, smooth=SmoothParameters(7))
 ONE = LandmarkPair("u1", "calyx", "interior", None, (1.0, 2.0, 3.0), (4.0, 5.0, 6.0))
 TWO = LandmarkPair("u2", "tip", "upper", None, 0.25, 0.5)
 PROJECT = Project(BRAIN, BRAIN, pairs=(ONE, TWO), weights={"upper-01": 0.5}, moved={"hole-01": 0.1})
+
+HERE, THERE, AWAY = (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), (7.0, 8.0, 9.0)
+TUNNEL = Handle(HERE, 20.0, (0.0, 0.0, 1.0), True, 0.9, True, is_oesophagus=False)
+OESOPHAGUS = replace(TUNNEL, center_um=THERE, is_oesophagus=True)
 
 OWN, ROLES, FREE = st.sampled_from(["u1", "u2"]), ["source", "target"], st.floats(0, 9)
 SOME = st.lists(st.sampled_from(["u1", "u2", "upper-01", "gone"]))
@@ -30,6 +36,20 @@ EDITS = st.one_of(
     st.tuples(st.just(edits.rename_pair), OWN, st.text()),
     st.tuples(st.just(edits.place_pair), st.just("lower-01"), st.just("target"), st.floats(-1, 2)),
     st.tuples(st.just(edits.place_pair), st.just("u2"), st.sampled_from(ROLES), st.floats(0, 1)),
+    st.tuples(
+        st.just(edits.set_oesophagus), st.sampled_from(ROLES), st.sampled_from([HERE, THERE])
+    ),
+    st.tuples(
+        st.just(edits.close_tunnel), st.sampled_from(ROLES), st.sampled_from([TUNNEL, OESOPHAGUS])
+    ),
+    st.tuples(st.just(edits.add_drill), st.sampled_from(ROLES), st.just(HERE), st.just(THERE)),
+    st.tuples(st.just(edits.reset_handles), st.sampled_from(ROLES)),
+    st.tuples(
+        *(st.just(edits.set_trim_plane), st.sampled_from(ROLES)),
+        *(st.sampled_from(["right", "left"]), st.none() | st.floats(-9, 9)),
+    ),
+    st.tuples(st.just(edits.set_cut_shift), st.sampled_from(ROLES), st.floats(-9, 9)),
+    st.tuples(st.just(edits.reset_trimming), st.sampled_from(ROLES)),
     st.tuples(st.just(edits.set_brain), st.sampled_from(ROLES), st.just(OTHER)),
 )
 
@@ -150,3 +170,65 @@ def test_a_pair_cannot_move_to_a_place_of_another_kind():
 @pytest.mark.parametrize("role", ["source", "target"])
 def test_one_brain_is_changed_and_the_other_stays(role):
     assert edits.set_brain(PROJECT, role, OTHER) == replace(PROJECT, **{role: OTHER})
+
+
+def handles_after(*steps, role="target"):
+    """What is said about the tunnels of a brain after some edits; the other brain stays."""
+    project = PROJECT
+    for edit, *arguments in steps:
+        project = edit(project, role, *arguments)
+    handles = edits.brain_of(project, role).handles
+    assert project == replace(PROJECT, **{role: replace(BRAIN, handles=handles)})
+    return handles
+
+
+@pytest.mark.parametrize("role", ["source", "target"])
+def test_the_user_points_at_the_oesophagus(role):
+    assert handles_after((edits.set_oesophagus, HERE), role=role) == HandleParameters(hole=HERE)
+
+
+def test_a_tunnel_that_was_refused_may_be_pointed_at_later():
+    steps = (edits.close_tunnel, TUNNEL), (edits.set_oesophagus, HERE)
+    assert handles_after(*steps) == HandleParameters(hole=HERE)
+
+
+def test_a_tunnel_is_refused_once_however_often_that_is_said():
+    steps = 2 * ((edits.close_tunnel, TUNNEL),)
+    assert handles_after(*steps) == HandleParameters(closed=(HERE,))
+
+
+def test_refusing_the_oesophagus_that_the_user_pointed_at_forgets_that():
+    steps = (edits.set_oesophagus, THERE), (edits.close_tunnel, OESOPHAGUS)
+    assert handles_after(*steps) == HandleParameters(closed=(THERE,))
+
+
+def test_refusing_another_tunnel_keeps_what_the_user_pointed_at():
+    steps = (edits.set_oesophagus, THERE), (edits.close_tunnel, TUNNEL)
+    assert handles_after(*steps) == HandleParameters(hole=THERE, closed=(HERE,))
+
+
+def test_what_is_drilled_becomes_the_oesophagus():
+    steps = (edits.set_oesophagus, AWAY), (edits.add_drill, HERE, THERE)
+    assert handles_after(*steps) == HandleParameters(drills=((HERE, THERE),))
+
+
+def test_refusing_what_was_drilled_fills_it_and_refuses_no_other_tunnel():
+    steps = (edits.add_drill, HERE, THERE), (edits.close_tunnel, OESOPHAGUS)
+    assert handles_after(*steps) == HandleParameters()
+
+
+def test_the_tunnels_are_left_to_the_program_again():
+    steps = (edits.add_drill, HERE, THERE), (edits.close_tunnel, TUNNEL), (edits.reset_handles,)
+    assert handles_after(*steps) == HandleParameters()
+
+
+def test_trim_planes_and_cut_are_placed_and_left_to_the_program_again():
+    project = edits.set_trim_plane(PROJECT, "source", "right", -90.0)
+    project = edits.set_trim_plane(project, "source", "left", 80.0)
+    project = edits.set_cut_shift(project, "source", 5.0)
+    cut = replace(BRAIN.cut, shift_um=5.0)
+    assert project.source == replace(BRAIN, trim=TrimParameters(-90.0, 80.0), cut=cut)
+    assert project.target == BRAIN
+    one = edits.set_trim_plane(project, "source", "left", None)
+    assert one.source.trim == TrimParameters(-90.0, None)
+    assert edits.reset_trimming(project, "source") == PROJECT
