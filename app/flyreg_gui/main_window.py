@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from flyreg_core import edits
-from flyreg_core.pipeline import Results
+from flyreg_core.pipeline import Pipeline, Results
 from flyreg_core.project import Project
 from flyreg_gui.actions import enable_actions, fill_menu, make_actions
 from flyreg_gui.dialogs import HelpWindow
@@ -32,7 +32,8 @@ from flyreg_gui.panels.landmarks import LandmarksPanel
 from flyreg_gui.panels.start import StartPage
 from flyreg_gui.panels.steps import StepsPanel
 from flyreg_gui.preferences import Preferences
-from flyreg_gui.runner import Runner, RunsProjects
+from flyreg_gui.preparing import PreparingPipeline
+from flyreg_gui.runner import Runner
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
 from flyreg_gui.status import StatusBar
@@ -48,11 +49,11 @@ BLEND_AT_FIRST = 20
 class MainWindow(QMainWindow):
     """Puts the parts together; what they do to each other goes through the session."""
 
-    def __init__(self, pipeline: RunsProjects) -> None:
+    def __init__(self, pipeline: Pipeline) -> None:
         super().__init__()
         self.setObjectName("flyreg")
         self.preferences = Preferences()
-        self.runner = Runner(pipeline, self)
+        self.runner = Runner(PreparingPipeline(pipeline), self)
         self.session = Session(self.runner, self)
         self.selection = Selection(self)
         self.mode = LandmarkMode(self.session, self.selection, self)

@@ -9,10 +9,15 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
-from flyreg_core.errors import FlyregError
-from flyreg_core.pipeline import Results
+from flyreg_core.edits import Role
+from flyreg_core.errors import FlyregError, InputError
+from flyreg_core.frame import BrainFrame
+from flyreg_core.handles import Handle
+from flyreg_core.mesh import SurfaceMesh
+from flyreg_core.pipeline import PreparedBrain, Results
 from flyreg_core.project import Project
 from flyreg_gui.failures import sentence_for
+from flyreg_gui.preparing import PreparingError, Remains
 from flyreg_gui.runner import Run, Runner
 
 NO_GESTURE = -1
@@ -33,11 +38,27 @@ class Failure:
         return not isinstance(self.error, FlyregError | OSError)
 
 
+@dataclass(frozen=True, eq=False)
+class BrainOnShow:
+    """What is known of one brain: prepared, or only as read because preparing it failed."""
+
+    raw: SurfaceMesh
+    frame: BrainFrame
+    tunnels: tuple[Handle, ...]
+    prepared: PreparedBrain | None
+
+    @property
+    def is_guess(self) -> bool:
+        """Tell whether the program chose the oesophagus and is not sure of it."""
+        return self.prepared is not None and self.prepared.torus.is_guess
+
+
 class Session(QObject):
     """The open project: the only place where it changes, and the only sender of the news."""
 
     project_changed = Signal(object)  # Project or None
     results_changed = Signal(object)  # Results or None
+    remains_changed = Signal(object)  # Remains or None: what is left where preparing failed
     state_changed = Signal()  # what runs, what failed, what is saved
     progressed = Signal(float, str)
 
@@ -47,6 +68,7 @@ class Session(QObject):
         self.results: Results | None = None
         self.path: Path | None = None
         self.failure: Failure | None = None
+        self.remains: Remains | None = None  # until there are results
         self.seconds: float | None = None  # that the picture on show took, without measuring
         self.work = ""  # what the running work reported last
         self.undo_stack = QUndoStack(self)
@@ -69,6 +91,7 @@ class Session(QObject):
         self.undo_stack.clear()
         self.path, self.results, self.seconds = path, None, None
         self._first = self._submit(project)
+        self._set_remains(None)
         self.results_changed.emit(None)
         self._set(project, submit=False)
 
@@ -127,6 +150,15 @@ class Session(QObject):
         results = self.results
         return self.is_up_to_date and results is not None and results.distances is not None
 
+    def brain(self, role: Role) -> BrainOnShow | None:
+        """Return what is known of a brain; None before it was read."""
+        if self.results is not None:
+            prepared = self.results.source if role == "source" else self.results.target
+            torus = prepared.torus
+            return BrainOnShow(prepared.raw, torus.frame, torus.handles, prepared)
+        raw = self.remains.brains.get(role) if self.remains is not None else None
+        return None if raw is None else BrainOnShow(raw.surface, raw.frame, raw.tunnels, None)
+
     @property
     def unsaved_changes(self) -> list[str]:
         """What was changed since the project was saved or opened, oldest first."""
@@ -166,6 +198,7 @@ class Session(QObject):
         if run.number >= self._first and run.number > self._shown:
             self._shown = run.number
             self.results = results
+            self._set_remains(None)
             if not run.measure:
                 self.seconds = seconds
             self.results_changed.emit(results)
@@ -173,7 +206,13 @@ class Session(QObject):
         self.state_changed.emit()
 
     def _on_failed(self, run: Run, error: Exception) -> None:
-        sentence = sentence_for(error)
+        prefix = ""
+        if isinstance(error, PreparingError):
+            remains, error = error.remains, error.error
+            prefix = "" if isinstance(error, InputError) else f"{remains.role.capitalize()}: "
+            if run.number >= self._first and self.results is None:
+                self._set_remains(remains)
+        sentence = prefix + sentence_for(error)
         if run.number == self._awaited:
             self.failure = Failure(sentence, error, self.work)
         self._end(run)
@@ -182,6 +221,11 @@ class Session(QObject):
     def _on_stopped(self, run: Run) -> None:
         self._end(run)
         self.state_changed.emit()
+
+    def _set_remains(self, remains: Remains | None) -> None:
+        if remains is not self.remains:
+            self.remains = remains
+            self.remains_changed.emit(remains)
 
     def _end(self, run: Run) -> None:
         if run.number == self._awaited:
