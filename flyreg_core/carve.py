@@ -203,6 +203,41 @@ def _is_step(one: int, other: int) -> bool:
     return bool((difference == NEIGHBOURS).all(axis=1).any())
 
 
+@njit(nogil=True, cache=True)
+def _steps_from(passable: Booleans, start: Integers, steps: Integers) -> Integers:
+    away = np.full(len(passable), -1, dtype=np.int64)
+    queue = np.zeros(len(passable), dtype=np.int64)
+    filled = 0
+    for voxel in start:
+        if passable[voxel] and away[voxel] < 0:
+            away[voxel] = 0
+            queue[filled] = voxel
+            filled += 1
+    done = 0
+    while done < filled:
+        voxel = queue[done]
+        done += 1
+        for k in range(14):
+            near = voxel + steps[k]
+            if passable[near] and away[near] < 0:
+                away[near] = away[voxel] + 1
+                queue[filled] = near
+                filled += 1
+    return away
+
+
+def steps_through(outside: Booleans, start: Booleans) -> Integers:
+    """Return (nx, ny, nz) the fewest steps through the outside from any start; -1 out of reach.
+
+    The outermost layer is never entered.
+    """
+    passable = np.zeros_like(outside)
+    passable[1:-1, 1:-1, 1:-1] = outside[1:-1, 1:-1, 1:-1]
+    steps = NEIGHBOURS @ np.array(passable.strides, dtype=np.int64)
+    away = _steps_from(passable.reshape(-1), np.flatnonzero(start), steps)
+    return away.reshape(outside.shape)
+
+
 def link_of(inside: Booleans, voxel: tuple[int, int, int]) -> int:
     """Return the link of one voxel: bit k tells whether its neighbour `NEIGHBOURS[k]` is inside."""
     steps = NEIGHBOURS @ np.array(inside.strides, dtype=np.int64)

@@ -9,12 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage, sparse
+from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from flyreg_core.cut_height import CutParameters, find_cut_knots, height_over_cut
 from flyreg_core.errors import TopologyError
-from flyreg_core.frame import ANTERO_POSTERIOR, DORSO_VENTRAL, LEFT_RIGHT
+from flyreg_core.frame import LEFT_RIGHT
 from flyreg_core.mesh import Booleans, Floats, Integers, SurfaceMesh
 from flyreg_core.refine import (
     Refinement,
@@ -24,33 +25,19 @@ from flyreg_core.refine import (
     split_edges,
 )
 from flyreg_core.relabel import Links, find_links, grow_patch, may_change, move_border
+from flyreg_core.smooth import averaging_matrix
 from flyreg_core.topology import euler_characteristic, euler_characteristic_of, half_edges
 from flyreg_core.torus import Torus
 
 PIECES = ("anterior", "posterior", "right cap", "left cap")
 CAP_DEPTH = 0.3
 """How far inside a trim plane the cap ends, in voxels of the torus."""
+SHORTENING_ROUNDS, SPREADING_PASSES = 4, 40
+"""How often the border of the halves is shortened, and how far each side spreads for that."""
 LEVELS = np.linspace(0.02, 0.98, 49)
 """Shares of the surface behind the levels at which the first two rings may part."""
-SECTION = 2.0
-"""Thickness of the sections across the left-right axis, voxels."""
-SECTION_BLUR = 2.0
-"""Blur over neighbouring sections, sections, so that the cut has no steps."""
-SECTION_MARGIN = 0.25
-"""Share of a section's depth that the cut leaves before and behind it, but near the oesophagus."""
 SMALL = 1e-9
 """Least size of a value whose sign tells the side."""
-RING_REACH = 1.8
-"""How far from the membrane across the oesophagus its ring of vertices reaches, in voxels."""
-RING_INFLUENCE = 1.0
-"""How far around the ring the cut follows it, in widths of the oesophagus."""
-
-
-@dataclass(frozen=True)
-class CutParameters:
-    """How far behind the automatic place the halves are divided, micrometres."""
-
-    shift_um: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,32 +72,25 @@ def dissect(
 
     Notes
     -----
-    The cut runs through the middles of both trim openings and of the narrowest place of the
-    oesophagus, straight between them (3.1 B of the paper halves the bounding box, which misses a
-    trim opening in some brains). Two halves that are rings are there from the start, parted by two
-    level curves of `Torus.turn`; their border then moves, vertex by vertex, to where the cut wants
-    it, as far as they remain rings. The caps grow from where the cut crosses the trim planes, as
-    far as they remain disks of which the cut crosses each rim twice. So every brain falls into two
-    rings and two disks, and where the cut is not a height (in folds and pockets) it gives way. The
-    lines are drawn between vertices of different sides: simple closed curves.
+    Where the cut should run is told by `cut_height`. Two halves that are rings are there from the
+    start, parted by two level curves of `Torus.turn`; their border then moves, vertex by vertex, to
+    where the cut wants it, as far as they remain rings. The caps grow from where the cut is deepest
+    in the trim openings, as far as they remain disks whose rims the cut crosses twice. So every
+    brain falls into two rings and two disks, and where the cut is not a height (in folds and
+    pockets) it gives way. The lines are drawn between vertices of different sides: simple closed
+    curves.
     """
     depth = CAP_DEPTH * torus.pitch
     x = torus.frame.coordinates(surface.vertices)[:, LEFT_RIGHT]
     right = _beyond_plane(surface.faces, x - torus.planes.right - depth, "right")
     left = _beyond_plane(surface.faces, torus.planes.left - depth - x, "left")
-    ring = _ring_of_oesophagus(torus, surface)
-    places = torus.frame.coordinates(smoothed)
-    knots = np.array(
-        [
-            places[part].mean(axis=0)[[LEFT_RIGHT, ANTERO_POSTERIOR]]
-            for part in (right < 0, ring, left < 0)
-        ]
-    )
-    knots[:, 1] += parameters.shift_um
-    height = _height_over_cut(places, ring, knots, torus, parameters)
+    turn = _turn(torus, surface)
+    knots = find_cut_knots(torus, smoothed, (right < 0, left < 0), parameters)
+    height = height_over_cut(torus, surface, smoothed, turn, knots)
     height = keep_largest_regions(surface.faces, height)
     links = find_links(surface.faces, len(surface.vertices))
-    is_behind = move_border(links, _rings(torus, surface, height >= 0), height)
+    is_behind = move_border(links, _rings(surface, turn, height >= 0), height)
+    is_behind = _shortened(surface.faces, links, is_behind)
     cap = _grow_caps(surface, links, is_behind, right, left)
     fields = (
         _signed(right, cap == PIECES.index("right cap")),
@@ -132,15 +112,32 @@ def _beyond_plane(faces: Integers, inside: Floats, name: str) -> Floats:
     return field
 
 
-def _rings(torus: Torus, surface: SurfaceMesh, is_wanted: Booleans) -> Booleans:
+def _turn(torus: Torus, surface: SurfaceMesh) -> Floats:
+    if surface is torus.surface:
+        return torus.turn
+    return np.asarray(torus.turn[cKDTree(torus.surface.vertices).query(surface.vertices)[1]])
+
+
+def _shortened(faces: Integers, links: Links, is_behind: Booleans) -> Booleans:
+    """Return the halves with a border that makes no detours, which would flatten to slivers.
+
+    Each side is spread out a little, and the border moves to where both have spread to.
+    """
+    averaging = averaging_matrix(faces, len(is_behind))
+    for _ in range(SHORTENING_ROUNDS):
+        spread = np.where(is_behind, 1.0, -1.0)
+        for _ in range(SPREADING_PASSES):
+            spread = averaging @ spread
+        is_behind = move_border(links, is_behind, spread)
+    return is_behind
+
+
+def _rings(surface: SurfaceMesh, turn: Floats, is_wanted: Booleans) -> Booleans:
     """Return which vertices lie on the posterior of two rings that the torus consists of.
 
     The posterior ring reaches from the membrane to that level of `Torus.turn` at which it holds the
     most of what is wanted on it and the least of the rest.
     """
-    turn = torus.turn
-    if surface is not torus.surface:
-        turn = turn[cKDTree(torus.surface.vertices).query(surface.vertices)[1]]
     levels = np.quantile(turn[turn > 0], LEVELS)
     gains = [int(np.where(is_wanted, 1, -1)[turn <= level].sum()) for level in levels]
     for level in levels[np.argsort(gains, kind="stable")[::-1]]:
@@ -176,23 +173,6 @@ def _grow_caps(
     return cap
 
 
-def _inside_sections(places: Floats, cut: Floats, pitch: float) -> Floats:
-    """Return the places of the cut, moved into the middle part of the section they lie in."""
-    x, depth = places[:, LEFT_RIGHT], places[:, ANTERO_POSTERIOR]
-    section = np.floor((x - x.min()) / (SECTION * pitch)).astype(int)
-    count = int(section.max()) + 1
-    low, high = np.full(count, np.inf), np.full(count, -np.inf)
-    np.minimum.at(low, section, depth)
-    np.maximum.at(high, section, depth)
-    margin = SECTION_MARGIN * (high - low)
-    middles = x.min() + SECTION * pitch * (np.arange(count) + 0.5)
-    front, back = (
-        np.interp(x, middles, ndimage.gaussian_filter1d(end, SECTION_BLUR, mode="nearest"))
-        for end in (low + margin, high - margin)
-    )
-    return np.asarray(np.clip(cut, front, back))
-
-
 def _on_outer_seam(faces: Integers, links: Links, is_behind: Booleans, beyond: Floats) -> Integers:
     """Return vertices at the border of the halves around the outside of the brain.
 
@@ -216,30 +196,6 @@ def _signed(values: Floats, is_negative: Booleans) -> Floats:
     """Return values whose signs are as told."""
     size = np.maximum(np.abs(values), SMALL)
     return np.asarray(np.where(is_negative, -size, size))
-
-
-def _ring_of_oesophagus(torus: Torus, surface: SurfaceMesh) -> Booleans:
-    """Return the vertices around the narrowest place of the oesophagus."""
-    away = np.asarray(cKDTree(torus.membrane).query(surface.vertices)[0])
-    return np.asarray(away <= max(float(away.min()), RING_REACH * torus.pitch))
-
-
-def _height_over_cut(
-    places: Floats, ring: Booleans, knots: Floats, torus: Torus, parameters: CutParameters
-) -> Floats:
-    """Return how far behind the cut each place in the animal's frame lies, micrometres.
-
-    Near the oesophagus the cut follows its narrowest ring, which may be tilted, so that it runs
-    around the tunnel whatever way that takes; away from it the cut is straight between the knots,
-    but where it would leave the brain.
-    """
-    across = places[:, [LEFT_RIGHT, DORSO_VENTRAL]]
-    away, nearest = cKDTree(across[ring]).query(across)
-    nearness = np.exp(-((away / (RING_INFLUENCE * torus.oesophagus.width_um)) ** 2))
-    straight = _inside_sections(places, np.interp(places[:, LEFT_RIGHT], *knots.T), torus.pitch)
-    at_ring = places[ring][nearest, ANTERO_POSTERIOR] + parameters.shift_um
-    cut = nearness * at_ring + (1 - nearness) * straight
-    return np.asarray(places[:, ANTERO_POSTERIOR] - cut)
 
 
 def _divide(

@@ -14,6 +14,7 @@ from flyreg_core.carve import (
     find_membranes,
     link_of,
     pieces_of_outside,
+    steps_through,
 )
 from flyreg_core.errors import TopologyError
 from flyreg_core.frame import ANTERO_POSTERIOR, DORSO_VENTRAL, LEFT_RIGHT
@@ -22,6 +23,7 @@ from flyreg_core.progress import Report, within
 from flyreg_core.solid import VoxelSolid, kuhn_structure
 
 Point = tuple[float, float, float]
+Voxel = tuple[int, int, int]
 
 MIDLINE_SHARE = 0.1
 """How far from the midplane the oesophagus may lie, as a share of the main brain's width."""
@@ -129,10 +131,10 @@ def open_oesophagus(solid: VoxelSolid, parameters: HandleParameters, report: Rep
     carve(inside, fixed, distance, within(report, 0.0, 0.8))
     cropped = replace(solid, inside=fixed, origin=solid.origin + solid.pitch * low)
     membranes = find_membranes(inside, fixed, distance)
-    midline = _Midline.of(cropped)
-    found = [_handle(membrane, cropped, midline) for membrane in membranes]
+    midline, openness = _Midline.of(cropped), _Openness.of(inside)
+    found = [_handle(membrane, cropped, midline, openness) for membrane in membranes]
     chosen, chosen_by, is_guess = _choose(found, parameters)
-    sides = _sides(inside, membranes[chosen].voxel)
+    sides = openness.sides(membranes[chosen].voxel)
     before = inside.copy()
     inside[membranes[chosen].voxel] = False
     carve(inside, fixed, distance, within(report, 0.8, 1.0))
@@ -204,11 +206,47 @@ def find_thinnest_channel(solid: VoxelSolid) -> tuple[Point, Point] | None:
     column = np.flatnonzero(solid.inside[i, j])
     if thickness[i, j] > THINNEST * midline.usual or not len(column):
         return None
-    front, back = (as_point(solid.positions((i, j, k))) for k in (column[0], column[-1]))
+    front, back = (
+        as_point(solid.positions(tuple(np.array([i, j, k])))) for k in (column[0], column[-1])
+    )
     return front, back
 
 
-def _handle(membrane: Membrane, solid: VoxelSolid, midline: _Midline) -> Handle:
+@dataclass(frozen=True, eq=False)
+class _Openness:
+    """How far it is through the outside to the front and to the back of the brain."""
+
+    closed: Booleans  # (nx, ny, nz), the solid with all tunnels closed by membranes
+    to_front: Integers  # (nx, ny, nz), steps from before the brain
+    to_back: Integers
+
+    @classmethod
+    def of(cls, closed: Booleans) -> _Openness:
+        ends = [np.zeros_like(closed) for _ in range(2)]
+        ends[0][:, :, 1], ends[1][:, :, -2] = True, True
+        return cls(closed, *(steps_through(~closed, end) for end in ends))
+
+    def sides(self, voxel: Voxel) -> tuple[Voxel, Voxel]:
+        """Return a voxel outside on either side of a membrane, the one nearer to the front first."""
+        pieces = [
+            np.array(voxel) + NEIGHBOURS[sorted(piece)]
+            for piece in pieces_of_outside(link_of(self.closed, voxel))
+        ]
+        one, other = (tuple(int(i) for i in piece[0]) for piece in pieces)
+        lead = [self.to_front[place] - self.to_back[place] for place in (one, other)]
+        return (one, other) if lead[0] <= lead[1] else (other, one)  # type: ignore[return-value]
+
+    def runs_from_front_to_back(self, voxel: Voxel) -> bool:
+        """Tell whether one side of a membrane is nearer to the front, the other to the back."""
+        front, back = self.sides(voxel)
+        return bool(
+            self.to_front[front] < self.to_back[front] and self.to_back[back] < self.to_front[back]
+        )
+
+
+def _handle(
+    membrane: Membrane, solid: VoxelSolid, midline: _Midline, openness: _Openness
+) -> Handle:
     place = solid.positions(tuple(np.array(membrane.voxel)))
     direction = membrane.direction * np.sign(membrane.direction[ANTERO_POSTERIOR] or 1.0)
     x, y, _ = solid.frame.coordinates(place)
@@ -219,6 +257,7 @@ def _handle(membrane: Membrane, solid: VoxelSolid, midline: _Midline) -> Handle:
         is_near
         and bool(midline.is_central(y))
         and bool(direction[ANTERO_POSTERIOR] >= LEAST_ALONG)
+        and openness.runs_from_front_to_back(membrane.voxel)
         and clearness >= LEAST_CLEAR
     )
     return Handle(
@@ -276,17 +315,7 @@ def _along(drills: tuple[tuple[Point, Point], ...]) -> Floats:
     )
 
 
-def _sides(inside: Booleans, voxel: tuple[int, int, int]) -> tuple[Integers, Integers]:
-    """Return a voxel outside before and one behind the one to pierce."""
-    pieces = [
-        np.array(voxel) + NEIGHBOURS[sorted(piece)]
-        for piece in pieces_of_outside(link_of(inside, voxel))
-    ]
-    front, back = sorted(pieces, key=lambda piece: float(piece[:, ANTERO_POSTERIOR].mean()))
-    return front[0], back[0]
-
-
-def _behind(before: Booleans, sheet: Booleans, front: Integers, back: Integers) -> Booleans:
+def _behind(before: Booleans, sheet: Booleans, front: Voxel, back: Voxel) -> Booleans:
     """Return the voxels outside that touch a sheet from behind.
 
     The sheet parts its surroundings; each voxel next to it belongs to the side from which it is
@@ -299,7 +328,7 @@ def _behind(before: Booleans, sheet: Booleans, front: Integers, back: Integers) 
     near = ndimage.binary_dilation(sheet[box], structure) & outside
     reached = np.zeros(outside.shape, dtype=np.int8)
     for number, seed in enumerate((front, back), start=1):
-        reached[tuple(seed - low)] = number
+        reached[tuple(np.array(seed) - low)] = number
     news = reached > 0
     while news.any() and (near & (reached == 0)).any():
         grown = [ndimage.binary_dilation(reached == side, structure) for side in (1, 2)]
