@@ -68,6 +68,7 @@ def align(
     target: SurfaceMesh,
     source_frame: BrainFrame,
     target_frame: BrainFrame,
+    are_frames_stated: bool = False,
     report: Report = ignore,
 ) -> Alignment:
     """Return the affine map that lays one brain on another, whichever way each was turned.
@@ -75,6 +76,11 @@ def align(
     The ways to match the axes of the two frames are tried, from a turn to an affine map. The
     own frames are kept unless another pose fits clearly better: brains are so much like their own
     mirror image that shape seldom tells which side is left.
+
+    Parameters
+    ----------
+    are_frames_stated : bool
+        Whether the user said how the brains lie, so that nothing else is chosen.
 
     Raises
     ------
@@ -84,7 +90,7 @@ def align(
     report(0.0, "aligning the brains")
     skins = (_own_skin(source, source_frame), _own_skin(target, target_frame))
     tried = _tried_poses(*skins, within(report, 0.1, 0.7))
-    chosen = _choice(tried)
+    chosen = OWN if are_frames_stated else _choice(tried)
     last = within(report, 0.7, 0.9)
     best = fit_skins(*skins, tried[chosen].by, "affine", FINAL_ROUNDS, FINAL_QUERIES, last)
     to_target = _from_file(target_frame).inverse().after(best).after(_from_file(source_frame))

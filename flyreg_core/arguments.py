@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-UNITS = ("nm", "um", "mm")
+from flyreg_core.brain_options import UNITS, add_brain_options
 
 Run = Callable[[argparse.Namespace], None]
 if TYPE_CHECKING:  # what `add_subparsers` returns has no public name
@@ -56,25 +56,16 @@ def _add_command(
     return command
 
 
-def _add_brain_options(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--unit", choices=UNITS, help="unit of the file's coordinates")
-    _add_voxel_size(command, "--voxel-size")
+def _add_preparation(command: argparse.ArgumentParser) -> None:
+    command.add_argument("brain", metavar="BRAIN")
     command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
-    command.add_argument("--trim-right", type=float, metavar="UM", help="trim plane, smaller x")
-    command.add_argument("--trim-left", type=float, metavar="UM", help="trim plane, larger x")
     command.add_argument("--vertices", type=int, metavar="N", help="simplify to N vertices")
-
-
-def _add_voxel_size(command: argparse.ArgumentParser, option: str) -> None:
-    command.add_argument(
-        option, nargs=3, type=float, metavar=("X", "Y", "Z"), help="of a label volume, um"
-    )
+    add_brain_options(command)
 
 
 def _add_inspect(commands: Commands, run: Mapping[str, Run]) -> None:
     command = _add_command(commands, "inspect", run["inspect"], "Say what a brain is.")
-    command.add_argument("brain", metavar="BRAIN")
-    _add_brain_options(command)
+    _add_preparation(command)
 
 
 def _add_prepare(commands: Commands, run: Mapping[str, Run]) -> None:
@@ -84,9 +75,8 @@ def _add_prepare(commands: Commands, run: Mapping[str, Run]) -> None:
         run["prepare"],
         "Write the main brain: closed, one component, one handle.",
     )
-    command.add_argument("brain", metavar="BRAIN")
     command.add_argument("-o", "--output", required=True, type=Path, metavar="OUT.ply")
-    _add_brain_options(command)
+    _add_preparation(command)
 
 
 def _add_register(commands: Commands, run: Mapping[str, Run]) -> None:
@@ -97,10 +87,6 @@ def _add_register(commands: Commands, run: Mapping[str, Run]) -> None:
     command.add_argument("--project", type=Path, metavar="P.flyreg", help="repeat a saved project")
     command.add_argument("--landmarks", type=Path, metavar="FILE", help="landmark pairs to use too")
     command.add_argument("--smoothing", type=float, metavar="X", help="lambda of the spline")
-    command.add_argument("--source-unit", choices=UNITS)
-    command.add_argument("--target-unit", choices=UNITS)
-    _add_voxel_size(command, "--source-voxel-size")
-    _add_voxel_size(command, "--target-voxel-size")
     command.add_argument(
         "--pairing",
         choices=("coordinate", "arc length", "nearest"),
@@ -112,6 +98,8 @@ def _add_register(commands: Commands, run: Mapping[str, Run]) -> None:
     command.add_argument(
         "--flattening-passes", type=int, metavar="N", help="average N times instead of solving"
     )
+    add_brain_options(command, "source")
+    add_brain_options(command, "target")
 
 
 def _add_transform(commands: Commands, run: Mapping[str, Run]) -> None:

@@ -14,13 +14,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from flyreg_core.arguments import make_parser
+from flyreg_core.brain_options import brain_of, prepared_as_told
 from flyreg_core.errors import FlyregError
 
 if TYPE_CHECKING:
     from flyreg_core.mesh import SurfaceMesh
     from flyreg_core.pipeline import Results
     from flyreg_core.progress import Report
-    from flyreg_core.project import Brain, Project
+    from flyreg_core.project import Project
 
 DONE, WRONG_USAGE, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED = 0, 2, 3, 4, 130
 BAR = 30
@@ -49,7 +50,7 @@ def _inspect(arguments: argparse.Namespace) -> None:
     from flyreg_core.pipeline import Pipeline
     from flyreg_core.report import inspect_report
 
-    brain = _brain(arguments.brain, arguments.unit, arguments.voxel_size, arguments)
+    brain = brain_of(arguments.brain, arguments)
     with _Progress() as progress:
         raw, torus = Pipeline().make_torus(brain, progress)
     _print(inspect_report(brain.input, raw, torus), arguments.json)
@@ -65,7 +66,7 @@ def _prepare(arguments: argparse.Namespace) -> None:
 
     started = time.perf_counter()
     check_mesh_place(arguments.output)
-    brain = _brain(arguments.brain, arguments.unit, arguments.voxel_size, arguments)
+    brain = brain_of(arguments.brain, arguments)
     with _Progress() as progress:
         raw, torus = Pipeline().make_torus(brain, within(progress, 0.0, 0.8))
         simplified = simplify(torus.surface, brain.simplify, within(progress, 0.8, 0.9))
@@ -120,17 +121,20 @@ def _project(arguments: argparse.Namespace) -> Project:
     names = [name for name in (arguments.source, arguments.target) if name is not None]
     if len(names) == 1 or not (names or arguments.project):
         raise FlyregError("give both a source and a target brain, or a project with --project")
-    if arguments.project:
+    if not arguments.project:
+        source, target = (
+            brain_of(name, arguments, role)
+            for name, role in zip(names, ("source", "target"), strict=True)
+        )
+        project = Project(source, target)
+    else:
         project = load_project(arguments.project)
-    if names:
-        source = _brain(names[0], arguments.source_unit, arguments.source_voxel_size, arguments)
-        target = _brain(names[1], arguments.target_unit, arguments.target_voxel_size, arguments)
-        if arguments.project:
-            source = replace(project.source, input=source.input)
-            target = replace(project.target, input=target.input)
-            project = replace(project, source=source, target=target)
-        else:
-            project = Project(source, target)
+        source = prepared_as_told(project.source, arguments, "source")
+        target = prepared_as_told(project.target, arguments, "target")
+        if names:
+            source = replace(source, input=brain_of(names[0], arguments, "source").input)
+            target = replace(target, input=brain_of(names[1], arguments, "target").input)
+        project = replace(project, source=source, target=target)
     if arguments.smoothing_passes is not None:
         project = _with_both(project, smooth=SmoothParameters(arguments.smoothing_passes))
     if arguments.flattening_passes is not None:
@@ -191,7 +195,8 @@ def _transform(arguments: argparse.Namespace) -> None:
         surfaces.reverse()
         units.reverse()
     points = table.points * UM_PER_UNIT[arguments.unit or units[0]]
-    moved = transform_points(points, surfaces[0], surfaces[1], reach)
+    is_mirrored = results.source.frame.is_mirrored != results.target.frame.is_mirrored
+    moved = transform_points(points, surfaces[0], surfaces[1], reach, is_mirrored)
     write_points(arguments.output, table, moved, UM_PER_UNIT[arguments.unit or units[1]])
     mapped = int(moved.is_mapped.sum())
     facts = {"points": len(points), "mapped": mapped, "outside": len(points) - mapped}
@@ -212,29 +217,6 @@ def _surface(name: str, unit: str | None) -> SurfaceMesh:
     from flyreg_core.brain_files import open_brain, read_brain
 
     return read_brain(open_brain(name, unit))  # type: ignore[arg-type]
-
-
-def _brain(
-    name: str, unit: str | None, voxel_size: list[float] | None, arguments: argparse.Namespace
-) -> Brain:
-    from flyreg_core.brain_files import open_brain
-    from flyreg_core.project import Brain
-    from flyreg_core.simplify import SimplifyParameters
-    from flyreg_core.solid import SolidParameters
-    from flyreg_core.trim import TrimParameters
-
-    size = None if voxel_size is None else tuple(voxel_size)
-    opened = open_brain(name, unit, size)  # type: ignore[arg-type]
-    if opened.unit_known_by == "judged from the size":
-        _say(f"flyreg: {name} is taken to be in {opened.unit}, {opened.unit_known_by}")
-    return Brain(
-        opened,
-        solid=SolidParameters() if arguments.voxels is None else SolidParameters(arguments.voxels),
-        trim=TrimParameters(
-            getattr(arguments, "trim_right", None), getattr(arguments, "trim_left", None)
-        ),
-        simplify=SimplifyParameters(arguments.vertices),
-    )
 
 
 class _Progress:

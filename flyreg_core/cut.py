@@ -13,7 +13,8 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from flyreg_core.cut_height import CutParameters, find_cut_knots, height_over_cut
+from flyreg_core.cut_height import CutParameters as CutParameters
+from flyreg_core.cut_height import find_cut_knots, height_over_cut
 from flyreg_core.errors import TopologyError
 from flyreg_core.frame import LEFT_RIGHT
 from flyreg_core.mesh import Booleans, Floats, Integers, SurfaceMesh
@@ -54,7 +55,11 @@ class Dissection:
 
 
 def dissect(
-    torus: Torus, surface: SurfaceMesh, smoothed: Floats, parameters: CutParameters
+    torus: Torus,
+    surface: SurfaceMesh,
+    smoothed: Floats,
+    parameters: CutParameters,
+    at: Floats | None = None,
 ) -> Dissection:
     """Return the surface divided into two halves and two caps.
 
@@ -64,6 +69,8 @@ def dissect(
         The torus' surface, simplified or not.
     smoothed : (n, 3) float
         Its vertices after smoothing; they decide which half a vertex belongs to.
+    at : (3, 2) float, optional
+        Knots of the cut, see `Dissection`; found if not given.
 
     Raises
     ------
@@ -85,7 +92,8 @@ def dissect(
     right = _beyond_plane(surface.faces, x - torus.planes.right - depth, "right")
     left = _beyond_plane(surface.faces, torus.planes.left - depth - x, "left")
     turn = _turn(torus, surface)
-    knots = find_cut_knots(torus, smoothed, (right < 0, left < 0), parameters)
+    knots = find_cut_knots(torus, smoothed, (right < 0, left < 0)) if at is None else at
+    knots = knots + np.array([0.0, parameters.shift_um])
     height = height_over_cut(torus, surface, smoothed, turn, knots)
     height = keep_largest_regions(surface.faces, height)
     links = find_links(surface.faces, len(surface.vertices))
@@ -159,6 +167,8 @@ def _grow_caps(
     Each grows from where the cut is deepest in its trim opening.
     """
     vertices, faces = surface.vertices, surface.faces
+    if not (right < 0).any() or not (is_behind.any() and (~is_behind).any()):
+        raise TopologyError("the cut leaves nothing on one side of it; move the cut height back")
     seam = _on_outer_seam(faces, links, is_behind, np.minimum(right, left))
     cap = np.zeros(len(is_behind), dtype=np.int64)
     for name, field in (("right", right), ("left", left)):

@@ -33,12 +33,7 @@ class CutParameters:
     shift_um: float = 0.0
 
 
-def find_cut_knots(
-    torus: Torus,
-    smoothed: Floats,
-    openings: tuple[Booleans, Booleans],
-    parameters: CutParameters,
-) -> Floats:
+def find_cut_knots(torus: Torus, smoothed: Floats, openings: tuple[Booleans, Booleans]) -> Floats:
     """Return the left-right and antero-posterior place of the cut at three places.
 
     Parameters
@@ -60,7 +55,7 @@ def find_cut_knots(
         is_middle = np.ones(len(places), dtype=bool)
     depth = places[is_middle, ANTERO_POSTERIOR]
     middle = np.array([0.0, (depth.min() + depth.max()) / 2])
-    return np.asarray(np.stack([right, middle, left]) + np.array([0.0, parameters.shift_um]))
+    return np.stack([right, middle, left])
 
 
 def height_over_cut(

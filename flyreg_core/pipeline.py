@@ -9,6 +9,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from flyreg_core.alignment import Alignment, align
 from flyreg_core.boundary import find_curves
 from flyreg_core.brain_files import read_brain
 from flyreg_core.caps import Cap, find_caps
@@ -19,14 +20,16 @@ from flyreg_core.correspondence import (
     place_landmarks,
     with_decisions,
 )
-from flyreg_core.cut import CutParameters, Dissection, dissect
+from flyreg_core.cut import Dissection, dissect
+from flyreg_core.cut_height import CutParameters
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.frame import BrainFrame
 from flyreg_core.halves import FlatHalf, lay_flat
 from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair, LandmarkParameters
 from flyreg_core.lift import Registration, build_locators, register
+from flyreg_core.matching import Match, match_to_target
 from flyreg_core.mesh import Floats, SurfaceMesh
-from flyreg_core.pose import find_frame
+from flyreg_core.pose import PoseParameters, find_frame
 from flyreg_core.progress import Report, ignore, within
 from flyreg_core.project import Brain, Project
 from flyreg_core.simplify import Simplified, simplify
@@ -73,6 +76,7 @@ class Results:
     project: Project
     source: PreparedBrain
     target: PreparedBrain
+    alignment: Alignment  # of the source as read with the target as read
     landmarks: tuple[PlacedLandmark, ...]
     registration: Registration
     distances: Distances | None  # registered to target and back; None: not measured
@@ -109,7 +113,9 @@ class Pipeline:
 
     def __init__(self) -> None:
         self._read = Memo("read", read_brain, capacity=4)
-        self._frame = Memo("pose", lambda raw, report: find_frame(raw), capacity=4)
+        self._frame = Memo("pose", _frame, capacity=4)
+        self._align = Memo("alignment", align, capacity=2)
+        self._match = Memo("matching", _match, capacity=2)
         self._solid = Memo("solid", voxelize, capacity=4)
         self._torus = Memo("torus", make_torus, capacity=6)
         self._simplify = Memo("simplify", simplify, capacity=6)
@@ -125,28 +131,52 @@ class Pipeline:
         self._lift = Memo("lift", register)
         self._distances = Memo("distances", measure_distances)
 
-    def prepare(self, brain: Brain, report: Report = ignore) -> PreparedBrain:
-        """Return one brain read, solid, trimmed to a torus, cut, and laid flat."""
-        raw, torus = self.make_torus(brain, within(report, 0.0, 0.5))
+    def prepare(
+        self, brain: Brain, report: Report = ignore, match: Match | None = None
+    ) -> PreparedBrain:
+        """Return one brain read, solid, trimmed to a torus, cut, and laid flat.
+
+        With a `match`, it lies and is trimmed and cut as the target is, where the user said nothing.
+        """
+        raw, torus = self.make_torus(brain, within(report, 0.0, 0.5), match)
         simplified = self._simplify(torus.surface, brain.simplify, report=within(report, 0.5, 0.55))
         smoothed = self._smooth(simplified.surface, brain.smooth, report=within(report, 0.55, 0.7))
         dissection = self._cut(
-            torus, simplified.surface, smoothed, brain.cut, report=within(report, 0.7, 0.8)
+            *(torus, simplified.surface, smoothed, brain.cut, match),
+            report=within(report, 0.7, 0.8),
         )
         flat = self._flatten(dissection, torus.frame, brain.flatten, report=within(report, 0.8, 1))
         return self._prepared(brain, raw, torus, simplified, flat, report=report)
 
-    def make_torus(self, brain: Brain, report: Report = ignore) -> tuple[SurfaceMesh, Torus]:
+    def make_torus(
+        self, brain: Brain, report: Report = ignore, match: Match | None = None
+    ) -> tuple[SurfaceMesh, Torus]:
         """Return one brain as read and as a torus, and nothing further."""
         raw, frame = self.raw(brain, within(report, 0.0, 0.3))
+        trimming = brain.trim
+        if match is not None:
+            frame, trimming = match.frame, brain.trim.completed_by(match.trim)
         solid = self._solid(raw, frame, brain.solid, report=within(report, 0.3, 0.6))
-        torus = self._torus(raw, solid, brain.trim, brain.handles, report=within(report, 0.6, 1.0))
+        torus = self._torus(raw, solid, trimming, brain.handles, report=within(report, 0.6, 1.0))
         return raw, torus
 
     def raw(self, brain: Brain, report: Report = ignore) -> tuple[SurfaceMesh, BrainFrame]:
         """Return one brain as read, in micrometres, and how the animal lies in it."""
         raw = self._read(brain.input, report=within(report, 0.0, 0.7))
-        return raw, self._frame(raw, report=within(report, 0.7, 1.0))
+        return raw, self._frame(raw, brain.pose, report=within(report, 0.7, 1.0))
+
+    def _prepare_pair(
+        self, project: Project, report: Report
+    ) -> tuple[PreparedBrain, PreparedBrain, Alignment]:
+        """Return source and target prepared, the source as the target is, and how it lies on it."""
+        target = self.prepare(project.target, within(report, 0.0, 0.45))
+        raw, frame = self.raw(project.source, within(report, 0.45, 0.5))
+        alignment = self._align(
+            *(raw, target.raw, frame, target.frame, project.source.pose.axes is not None),
+            report=within(report, 0.5, 0.55),
+        )
+        match = self._match(raw, target.torus, target.flat.dissection, alignment, report=report)
+        return self.prepare(project.source, within(report, 0.55, 1.0), match), target, alignment
 
     def run(self, project: Project, report: Report = ignore, measure: bool = True) -> Results:
         """Return what follows from a project; without `measure` distances are left out.
@@ -161,8 +191,7 @@ class Pipeline:
         memos = [value for value in vars(self).values() if isinstance(value, Memo)]
         for memo in memos:
             memo.seconds = 0.0
-        source = self.prepare(project.source, within(report, 0.0, 0.42))
-        target = self.prepare(project.target, within(report, 0.42, 0.84))
+        source, target, alignment = self._prepare_pair(project, within(report, 0.0, 0.84))
         automatic = self._boundary(source.flat, target.flat, project.boundary, report=report)
         pairs = (*with_decisions(automatic, project.weights, project.moved), *project.pairs)
         places = tuple(replace(pair, weight=1.0) for pair in pairs if pair.is_placed)
@@ -183,9 +212,10 @@ class Pipeline:
                 registration.surface, target.surface, report=within(report, 0.9, 1.0)
             )
         seconds = {memo.name: memo.seconds for memo in memos}
-        warnings = find_warnings(source, target, pairs, landmarks, registration)
+        warnings = find_warnings(source, target, alignment, pairs, landmarks, registration)
         return Results(
-            project, source, target, landmarks, registration, distances, warnings, seconds
+            *(project, source, target, alignment, landmarks),
+            *(registration, distances, warnings, seconds),
         )
 
 
@@ -203,10 +233,27 @@ def _cut(
     surface: SurfaceMesh,
     smoothed: _Smoothed,
     parameters: CutParameters,
+    match: Match | None,
     report: Report,
 ) -> Dissection:
     report(0.0, "cutting the brain into halves")
-    return dissect(torus, surface, smoothed.vertices, parameters)
+    at = match.cut_knots if match else None
+    return dissect(torus, surface, smoothed.vertices, parameters, at)
+
+
+def _frame(raw: SurfaceMesh, parameters: PoseParameters, report: Report) -> BrainFrame:
+    report(0.0, "finding how the brain lies")
+    return parameters.applied_to(find_frame(raw))
+
+
+def _match(
+    source: SurfaceMesh,
+    target: Torus,
+    dissection: Dissection,
+    alignment: Alignment,
+    report: Report,
+) -> Match:
+    return match_to_target(source, target, dissection, alignment)
 
 
 def _flatten(
@@ -285,12 +332,24 @@ def _ends(placed: tuple[PlacedLandmark, ...], half: HalfName, end: int) -> Float
 def find_warnings(
     source: PreparedBrain,
     target: PreparedBrain,
+    alignment: Alignment,
     pairs: tuple[LandmarkPair, ...],
     landmarks: tuple[PlacedLandmark, ...],
     registration: Registration,
 ) -> tuple[str, ...]:
     """Return what the user should know about a registration that went through, a sentence each."""
     warnings = []
+    name = source.brain.input.name
+    if alignment.is_mirrored and source.brain.pose.axes is None:
+        warnings.append(
+            f"{name} is taken for the mirror image of a brain, as {target.brain.input.name} fits it "
+            "better so; state how it lies if this is wrong"
+        )
+    if not alignment.is_sure and source.brain.pose.axes is None:
+        warnings.append(
+            f"which side of {name} is its front and which its top is not sure; look whether it lies "
+            f"as {target.brain.input.name} does, and state how it lies if not"
+        )
     for brain in (source, target):
         name = brain.brain.input.name
         warnings += [

@@ -5,15 +5,51 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from flyreg_core.anatomy import find_postures
+from flyreg_core.errors import InputError
 from flyreg_core.frame import BrainFrame
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.occupancy import find_occupancy, find_own_axes
 from flyreg_core.symmetry import find_symmetry_plane
 
+AXIS_LETTERS = {"L": 0, "R": 0, "V": 1, "D": 1, "P": 2, "A": 2}
+"""The row of a frame along which each letter of a stated pose lies."""
 SURE = 0.075
 """How much larger the best mean log likelihood must be than that of another posture."""
+
+
+@dataclass(frozen=True)
+class PoseParameters:
+    """How a brain lies in its file; None finds it.
+
+    Three letters, for x, y and z: towards which side of the animal, Left or Right, Dorsal or
+    Ventral, Anterior or Posterior, the coordinate grows. "LVP" is how the field's templates lie.
+    """
+
+    axes: str | None = None
+
+    def __post_init__(self) -> None:
+        rows = sorted(AXIS_LETTERS.get(letter, -1) for letter in self.axes or "LVP")
+        if rows != [0, 1, 2]:
+            raise InputError(
+                f"the pose must name, for x, y and z, the side of the animal to which they grow, such "
+                f"as LVP (left, ventral, posterior; or R, D, A), not {self.axes}"
+            )
+
+    def applied_to(self, frame: BrainFrame) -> BrainFrame:
+        """Return the frame with its axes exchanged and turned round to be most like the stated."""
+        if self.axes is None:
+            return frame
+        stated = np.zeros((3, 3))
+        for column, letter in enumerate(self.axes):
+            stated[AXIS_LETTERS[letter], column] = 1 if letter in "LVP" else -1
+        likeness = stated @ frame.axes.T
+        rows, own = linear_sum_assignment(-np.abs(likeness))
+        turn = np.zeros((3, 3))
+        turn[rows, own] = np.where(likeness[rows, own] < 0, -1.0, 1.0)
+        return BrainFrame(frame.origin, turn @ frame.axes)
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from flyreg_core.cut import CutParameters
+from flyreg_core.cut_height import CutParameters
 from flyreg_core.errors import InputError, LandmarkError
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.handles import HandleParameters
 from flyreg_core.landmarks import LandmarkPair, LandmarkParameters
+from flyreg_core.pose import PoseParameters
 from flyreg_core.simplify import SimplifyParameters
 from flyreg_core.smooth import SmoothParameters
 from flyreg_core.solid import SolidParameters
@@ -48,6 +49,7 @@ class Brain:
     """One brain and how it is prepared."""
 
     input: BrainInput
+    pose: PoseParameters = PoseParameters()
     solid: SolidParameters = SolidParameters()
     trim: TrimParameters = TrimParameters()
     handles: HandleParameters = HandleParameters()

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from flyreg_core import topology
+from flyreg_core.alignment import Alignment
 from flyreg_core.brain_files import input_facts, write_mesh
 from flyreg_core.frame import BrainFrame
 from flyreg_core.handles import Handle
@@ -144,6 +145,7 @@ def register_report(results: Results) -> Facts:
     return {
         "source": _brain(results.source),
         "target": _brain(results.target),
+        "alignment": _alignment(results.alignment),
         "halves": {half: _half(results, half) for half in HALVES},
         "flipped_on_caps": results.registration.flipped_on_caps,
         "watertight": topology.is_closed(results.registration.surface.faces),
@@ -162,6 +164,21 @@ def register_report(results: Results) -> Facts:
     }
 
 
+def _alignment(alignment: Alignment) -> Facts:
+    return {
+        "matrix": [list(map(float, row)) for row in alignment.to_target.matrix],
+        "offset_um": list(map(float, alignment.to_target.offset)),
+        "residual_um": alignment.residual_um,
+        "is_mirrored": alignment.is_mirrored,
+        "is_sure": alignment.is_sure,
+        "is_side_sure": alignment.is_side_sure,
+        "candidates": [
+            {"signs": list(candidate.signs), "misfit_um": candidate.misfit_um}
+            for candidate in alignment.candidates
+        ],
+    }
+
+
 def _brain(prepared: PreparedBrain) -> Facts:
     brain = prepared.brain.input
     return {
@@ -171,6 +188,7 @@ def _brain(prepared: PreparedBrain) -> Facts:
         "unit_known_by": brain.unit_known_by,
         "vertices": len(prepared.surface.vertices),
         "simplified": _simplified(prepared.torus, prepared.simplified),
+        "pose": _pose(prepared.frame),
         "trim_um": {"right": prepared.torus.planes.right, "left": prepared.torus.planes.left},
         "oesophagus": _handle(prepared.torus.oesophagus),
     }

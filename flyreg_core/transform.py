@@ -22,7 +22,11 @@ class TransformedPoints:
 
 
 def transform_points(
-    points: Floats, start: SurfaceMesh, end: SurfaceMesh, reach_um: float = REACH_UM
+    points: Floats,
+    start: SurfaceMesh,
+    end: SurfaceMesh,
+    reach_um: float = REACH_UM,
+    is_mirrored: bool = False,
 ) -> TransformedPoints:
     """Return points carried from one surface to another one that has the same faces.
 
@@ -36,6 +40,8 @@ def transform_points(
         The prepared source and the registered surface, or the other way round.
     reach_um : float
         How far from `start` a point may lie to be mapped.
+    is_mirrored : bool
+        Whether the faces are seen from inside on one of the surfaces and from outside on the other.
     """
     squared, face, nearest = igl.point_mesh_squared_distance(points, start.vertices, start.faces)
     corners = start.faces[face]
@@ -51,7 +57,8 @@ def transform_points(
     normal = carried(end.vertex_normals)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
-    moved = carried(end.vertices) + (np.sign(outwards) * distance)[:, None] * normal
+    signed = np.sign(outwards) * distance * (-1 if is_mirrored else 1)
+    moved = carried(end.vertices) + signed[:, None] * normal
     is_mapped = distance <= reach_um
     moved[~is_mapped] = np.nan
     return TransformedPoints(moved, is_mapped)

@@ -25,6 +25,13 @@ class TrimParameters:
     right: float | None = None  # negative
     left: float | None = None
 
+    def completed_by(self, other: TrimParameters) -> TrimParameters:
+        """Return the parameters with what they leave open taken from others."""
+        return TrimParameters(
+            other.right if self.right is None else self.right,
+            other.left if self.left is None else self.left,
+        )
+
 
 @dataclass(frozen=True)
 class TrimPlanes:

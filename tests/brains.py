@@ -15,7 +15,8 @@ from flyreg_core.correspondence import (
     boundary_pairs,
     place_landmarks,
 )
-from flyreg_core.cut import CutParameters, dissect
+from flyreg_core.cut import dissect
+from flyreg_core.cut_height import CutParameters
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.frame import BrainFrame
 from flyreg_core.halves import lay_flat

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from flyreg_core.boundary import find_curves
-from flyreg_core.cut import PIECES, CutParameters, dissect
+from flyreg_core.cut import PIECES, dissect
+from flyreg_core.cut_height import CutParameters
 from flyreg_core.errors import TopologyError
 from flyreg_core.frame import ANTERO_POSTERIOR, DORSO_VENTRAL, LEFT_RIGHT
 from flyreg_core.landmarks import HALVES

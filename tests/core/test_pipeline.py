@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from flyreg_core import edits
 from flyreg_core.brain_files import open_brain
-from flyreg_core.cut import CutParameters
+from flyreg_core.cut_height import CutParameters
 from flyreg_core.errors import Cancelled, FlyregError, LandmarkError
 from flyreg_core.handles import HandleParameters
 from flyreg_core.landmarks import LandmarkPair

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from flyreg_core import project_file
 from flyreg_core.brain_files import template_file
-from flyreg_core.cut import CutParameters
+from flyreg_core.cut_height import CutParameters
 from flyreg_core.errors import InputError, LandmarkError, ProjectError
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.landmarks import LandmarkPair, LandmarkParameters
