@@ -26,7 +26,7 @@ class ActionSpec:
     do: Callable[[MainWindow], object] | Callable[[MainWindow, bool], object]
     tip: str = ""
     is_on: bool | None = None  # None: not a switch
-    needs: str = ""  # "project" or "results": greyed out without
+    needs: str = ""  # "project", "brains", "results" or "current": greyed out without
 
 
 SPECS = (
@@ -72,7 +72,7 @@ SPECS = (
     ActionSpec(
         "delete",
         "Edit",
-        "&Delete landmarks",
+        "Delete land&marks",
         ("Del", "Backspace"),
         lambda w: w.delete_landmarks(),
         "Removes landmarks of your own; sets those on the boundary to weight 0",
@@ -87,6 +87,36 @@ SPECS = (
         "Click a place on the source and the same place on the target to make a landmark (Space)",
         is_on=False,
         needs="results",
+    ),
+    ActionSpec(
+        "drill",
+        "Edit",
+        "&Drill a channel",
+        ("D",),
+        lambda w, on: w.drill.set_on(on),
+        "Click where the oesophagus opens at the front of a brain, then at its back (D)",
+        is_on=False,
+        needs="brains",
+    ),
+    ActionSpec(
+        "trim",
+        "Edit",
+        "Adjust &trimming and cut",
+        ("P",),
+        lambda w, on: w.trim.set_on(on),
+        "Drag the planes that cut the optic lobes off, and the cut between the halves (P)",
+        is_on=False,
+        needs="brains",
+    ),
+    ActionSpec(
+        "tunnels",
+        "View",
+        "Show &tunnels",
+        ("T",),
+        lambda w, on: w.tunnels.set_on(on),
+        "Show the tunnels through the brains, and say which one is the oesophagus (T)",
+        is_on=False,
+        needs="brains",
     ),
     ActionSpec(
         "link",

@@ -21,12 +21,15 @@ from PySide6.QtWidgets import (
 )
 
 from flyreg_core import edits
+from flyreg_core.errors import TopologyError
 from flyreg_core.pipeline import Pipeline, Results
 from flyreg_core.project import Project
 from flyreg_gui.actions import enable_actions, fill_menu, make_actions
 from flyreg_gui.dialogs import HelpWindow
+from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.files import FileCommands
 from flyreg_gui.landmark_mode import LandmarkMode
+from flyreg_gui.modes import Mode, Modes
 from flyreg_gui.panels.banner import Banner
 from flyreg_gui.panels.landmarks import LandmarksPanel
 from flyreg_gui.panels.start import StartPage
@@ -38,12 +41,16 @@ from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
 from flyreg_gui.status import StatusBar
 from flyreg_gui.theme import Theme, current_theme
+from flyreg_gui.trim_mode import TrimMode
+from flyreg_gui.tunnels import Tunnels, guess_of
 from flyreg_gui.view_state import read_view_state, view_state
 from flyreg_gui.views.graphics import PRINT, samples_per_pixel
 from flyreg_gui.views.view_area import ViewArea
 
 BLEND_AT_FIRST = 20
 """How much of the target shows through, in per cent."""
+
+SHOW_TUNNELS = "Show the tunnels"
 
 
 class MainWindow(QMainWindow):
@@ -57,14 +64,20 @@ class MainWindow(QMainWindow):
         self.session = Session(self.runner, self)
         self.selection = Selection(self)
         self.mode = LandmarkMode(self.session, self.selection, self)
+        self.tunnels = Tunnels(self.session, self)
+        self.drill = DrillMode(self.session, self)
+        self.trim = TrimMode(self.session, self)
         self.files = FileCommands(self)
-        self.view_area = ViewArea(self.session, self.selection, self.mode)
-        self.steps = StepsPanel(self.session)
+        self.view_area = ViewArea(
+            self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim
+        )
+        self.steps = StepsPanel(self.session, self.tunnels, self.trim)
         self.landmarks = LandmarksPanel(self.session, self.selection)
         self.banner, self.start = Banner(), StartPage()
         self.blend = QSlider(Qt.Orientation.Horizontal)
         self.actions_by_name = make_actions(self)
         self._shown_failure: object = None
+        self._shown_guess: object = None
         self._theme: Theme | None = None  # before the first one is shown
         self._unread_view = False  # of a project whose first results are still to come
         self._make_center()
@@ -73,6 +86,12 @@ class MainWindow(QMainWindow):
         self._make_toolbar()
         self.status = StatusBar(self.session)
         self.setStatusBar(self.status)
+        modes: dict[str, Mode] = {
+            "landmark_mode": self.mode,
+            "drill": self.drill,
+            "trim": self.trim,
+        }
+        self.modes = Modes(modes, self.actions_by_name, self.status, self)
         self._spare_buttons()
         self._connect()
         self._show_theme()
@@ -122,7 +141,7 @@ class MainWindow(QMainWindow):
         actions = self.actions_by_name
         fill_menu(menus["File"], actions, ("save", "export", "quit"))
         fill_menu(menus["Edit"], actions, ("landmark_mode",))
-        fill_menu(menus["View"], actions)
+        fill_menu(menus["View"], actions, ("link",))
         fill_menu(menus["Help"], actions)
         menus["View"].addSeparator()
         for dock in self._docks:
@@ -138,13 +157,17 @@ class MainWindow(QMainWindow):
         bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         actions = self.actions_by_name
         actions["landmark_mode"].setIconText("Landmark mode")
+        actions["tunnels"].setIconText("Tunnels")
+        actions["trim"].setIconText("Trim and cut")
         actions["undo"].setIconText("Undo")
         actions["redo"].setIconText("Redo")
         bar.addActions([actions["open_brains"], actions["save"], actions["export"]])
         bar.addSeparator()
         bar.addActions([actions["undo"], actions["redo"]])
         bar.addSeparator()
-        bar.addActions([actions["landmark_mode"], actions["link"], actions["home"]])
+        bar.addActions(
+            [actions[name] for name in ("landmark_mode", "tunnels", "trim", "link", "home")]
+        )
         spring = QWidget()
         spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         bar.addWidget(spring)
@@ -162,7 +185,10 @@ class MainWindow(QMainWindow):
         session.state_changed.connect(self._show_state)
         session.project_changed.connect(self._on_project)
         session.results_changed.connect(self._on_results)
-        self.mode.changed.connect(self._on_mode)
+        session.results_changed.connect(self._on_guess)
+        self.tunnels.changed.connect(self._on_tunnels)
+        self.banner.asked.connect(self._on_help_asked)
+        self.steps.tunnels.drill_asked.connect(self.actions_by_name["drill"].toggle)
         self.blend.valueChanged.connect(self._on_blend)
         self.blend.setValue(BLEND_AT_FIRST)
         self.steps.open_asked.connect(files.open_brains)
@@ -198,9 +224,10 @@ class MainWindow(QMainWindow):
         self.selection.select(self.landmarks.model.ids)
 
     def escape(self) -> None:
-        """Abandon a half-made landmark, or else select nothing."""
-        if not self.mode.abandon():
+        """Abandon what is half made, or else select nothing."""
+        if not self.modes.abandon():
             self.selection.clear()
+            self.tunnels.choose(None)
 
     def delete_landmarks(self) -> None:
         """Remove the selected landmarks, or set them to weight 0 where they lie on the boundary."""
@@ -258,10 +285,22 @@ class MainWindow(QMainWindow):
     def _on_preparation(self, project: Project) -> None:
         self.session.edit("change preparation", project)
 
-    def _on_mode(self) -> None:
-        action = self.actions_by_name["landmark_mode"]
-        action.setChecked(self.mode.is_on)
-        self.status.show_hint(self.mode.next_step)
+    def _on_tunnels(self) -> None:
+        self.actions_by_name["tunnels"].setChecked(self.tunnels.is_on)
+
+    def _on_guess(self, results: Results | None) -> None:
+        """Say so when the oesophagus of a brain is a guess that was not shown before."""
+        guess = guess_of(results) if results is not None else None
+        if guess != self._shown_guess:
+            self._shown_guess = guess
+            if guess is not None:
+                self.banner.show_sentence(guess[0], SHOW_TUNNELS)
+            elif self.session.failure is None:
+                self.show_problem("")
+
+    def _on_help_asked(self) -> None:
+        self.tunnels.set_on(True)
+        self.banner.hide()
 
     def _on_blend(self, per_cent: int) -> None:
         self.view_area.set_blend(per_cent / 100)
@@ -282,6 +321,8 @@ class MainWindow(QMainWindow):
         met = set()
         if session.project is not None:
             met.add("project")
+        if session.brain("source") is not None or session.brain("target") is not None:
+            met.add("brains")
         if session.results is not None:
             met.add("results")
         if session.is_up_to_date:
@@ -290,7 +331,15 @@ class MainWindow(QMainWindow):
         self._show_title()
         if session.failure is not self._shown_failure:
             self._shown_failure = session.failure
-            self.show_problem(session.failure.sentence if session.failure else "")
+            self._show_failure()
+
+    def _show_failure(self) -> None:
+        failure = self.session.failure
+        if failure is None:
+            self.show_problem("")
+        else:
+            is_about_tunnels = isinstance(failure.error, TopologyError)
+            self.banner.show_sentence(failure.sentence, SHOW_TUNNELS if is_about_tunnels else "")
 
     def _show_title(self) -> None:
         session = self.session

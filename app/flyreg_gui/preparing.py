@@ -7,17 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from flyreg_core.edits import Role, brain_of
-from flyreg_core.errors import FlyregError, InputError, TopologyError
+from flyreg_core.errors import FlyregError, InputError, MeshError, TopologyError
 from flyreg_core.frame import BrainFrame
 from flyreg_core.handles import Handle, HandleParameters, as_point
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.pipeline import Pipeline, Results
-from flyreg_core.progress import Report, within
+from flyreg_core.progress import Report
 from flyreg_core.project import Brain, Project
 
 ROLES: tuple[Role, Role] = ("source", "target")
-END_OF_PREPARING = 0.84
-"""How much of a run is over when both brains are prepared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +44,7 @@ class PreparingError(Exception):
 
 
 class PreparingPipeline:
-    """Prepares one brain after the other, so that it is known which of them fails."""
+    """The pipeline, which tells after a failure which brain cannot be prepared."""
 
     def __init__(self, pipeline: Pipeline) -> None:
         self._pipeline = pipeline
@@ -61,14 +59,19 @@ class PreparingPipeline:
         FlyregError, Cancelled
             See `Pipeline.run`.
         """
-        for number, role in enumerate(ROLES):
-            start, end = (END_OF_PREPARING * n / 2 for n in (number, number + 1))
-            try:
-                self._pipeline.prepare(brain_of(project, role), within(report, start, end))
-            except FlyregError as error:
-                remains = self._remains(project, role, error, report)
-                raise PreparingError(error, remains) from error
-        return self._pipeline.run(project, within(report, END_OF_PREPARING, 1.0), measure)
+        try:
+            return self._pipeline.run(project, report, measure)
+        except (InputError, MeshError, TopologyError) as error:
+            role = self._role_of_failure(project, report)
+            raise PreparingError(error, self._remains(project, role, error, report)) from error
+
+    def _role_of_failure(self, project: Project, report: Report) -> Role:
+        """Return the brain that is to blame: the source is prepared after the target, as it is."""
+        try:
+            self._pipeline.prepare(project.target, report)
+        except FlyregError:
+            return "target"
+        return "source"
 
     def _remains(self, project: Project, role: Role, error: FlyregError, report: Report) -> Remains:
         brains = {}

@@ -50,7 +50,8 @@ class BrainOnShow:
     @property
     def is_guess(self) -> bool:
         """Tell whether the program chose the oesophagus and is not sure of it."""
-        return self.prepared is not None and self.prepared.torus.is_guess
+        torus = self.prepared.torus if self.prepared is not None else None
+        return torus is not None and torus.is_guess and self.tunnels is torus.handles
 
 
 class Session(QObject):
@@ -152,11 +153,12 @@ class Session(QObject):
 
     def brain(self, role: Role) -> BrainOnShow | None:
         """Return what is known of a brain; None before it was read."""
+        raw = self.remains.brains.get(role) if self.remains is not None else None
         if self.results is not None:
             prepared = self.results.source if role == "source" else self.results.target
             torus = prepared.torus
-            return BrainOnShow(prepared.raw, torus.frame, torus.handles, prepared)
-        raw = self.remains.brains.get(role) if self.remains is not None else None
+            tunnels = raw.tunnels if raw is not None and raw.tunnels else torus.handles
+            return BrainOnShow(prepared.raw, torus.frame, tunnels, prepared)
         return None if raw is None else BrainOnShow(raw.surface, raw.frame, raw.tunnels, None)
 
     @property
@@ -175,6 +177,8 @@ class Session(QObject):
     def _set(self, project: Project, *, submit: bool = True) -> None:
         self.project = project
         self.failure = None
+        if self.results is not None:
+            self._set_remains(None)
         if submit:
             self._submit(project)
         self.project_changed.emit(project)
@@ -210,7 +214,7 @@ class Session(QObject):
         if isinstance(error, PreparingError):
             remains, error = error.remains, error.error
             prefix = "" if isinstance(error, InputError) else f"{remains.role.capitalize()}: "
-            if run.number >= self._first and self.results is None:
+            if run.number == self._awaited:
                 self._set_remains(remains)
         sentence = prefix + sentence_for(error)
         if run.number == self._awaited:

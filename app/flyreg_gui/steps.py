@@ -122,8 +122,14 @@ def _details(session: Session) -> dict[Step, list[str]]:
             _describe_brain("Source", results.source),
             _describe_brain("Target", results.target),
         ]
+        about_brains = {
+            f"{brain.brain.input.name}: {text}"
+            for brain in (results.source, results.target)
+            for text in brain.torus.warnings
+        }
+        others = [text for text in results.warnings if text not in about_brains]
         details[Step.FLATTEN] = [_describe_halves(results)]
-        details[Step.REGISTER] = [_describe_registration(results), *results.warnings]
+        details[Step.REGISTER] = [_describe_registration(results), *others]
         details[Step.JUDGE] = _describe_distances(results)
         details[Step.TAKE_AWAY] = ["Registered mesh, project, picture"]
     return details
@@ -139,11 +145,12 @@ def _describe_input(role: str, brain: BrainInput) -> str:
 
 
 def _describe_brain(role: str, brain: PreparedBrain) -> str:
-    handle = next(handle for handle in brain.torus.handles if handle.is_oesophagus)
+    handle = brain.torus.oesophagus
+    guess = ", a guess" if brain.torus.is_guess else ""
     closed = len(brain.torus.handles) - 1
     also = f", {closed} other{'s' if closed > 1 else ''} closed" if closed else ""
     count = len(brain.surface.vertices)
-    return f"{role}: {count:,} vertices; oesophagus {handle.width_um:.0f} µm wide{also}"
+    return f"{role}: {count:,} vertices; oesophagus {handle.width_um:.0f} µm wide{guess}{also}"
 
 
 def _describe_halves(results: Results) -> str:

@@ -22,6 +22,14 @@ KIND_COLORS: dict[str, Color] = {  # Okabe and Ito's palette
 OFF: Color = (140, 140, 140)
 """Landmarks of weight 0, whatever their kind."""
 
+OESOPHAGUS: Color = (0, 190, 130)
+TUNNEL: Color = (240, 160, 0)
+"""Tunnels that could be the oesophagus; the others are grey like what is off."""
+
+TRIM: Color = (213, 94, 0)
+CUT: Color = (0, 158, 115)
+"""The trim planes, and the sheet that divides the halves."""
+
 
 @dataclass(frozen=True)
 class Theme:

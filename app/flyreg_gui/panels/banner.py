@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QToolButton
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton
 
 from flyreg_gui.theme import Theme, css
 
 
 class Banner(QFrame):
-    """One sentence and a button that takes it away."""
+    """One sentence, perhaps a button that helps, and one that takes it away."""
+
+    asked = Signal()  # the user wants the help that was offered
 
     def __init__(self) -> None:
         super().__init__()
@@ -18,6 +20,8 @@ class Banner(QFrame):
         self._text.setWordWrap(True)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self.help_button = QPushButton()
+        self.help_button.clicked.connect(self.asked)
         self.close_button = QToolButton()
         self.close_button.setText("✕")
         self.close_button.setAutoRaise(True)
@@ -26,6 +30,7 @@ class Banner(QFrame):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(10, 6, 6, 6)
         layout.addWidget(self._text, 1)
+        layout.addWidget(self.help_button, 0, Qt.AlignmentFlag.AlignTop)
         layout.addWidget(self.close_button, 0, Qt.AlignmentFlag.AlignTop)
         self.hide()
 
@@ -34,8 +39,10 @@ class Banner(QFrame):
         """What is on show; empty if nothing is."""
         return "" if self.isHidden() else self._text.text()
 
-    def show_sentence(self, sentence: str) -> None:
-        """Show a sentence; an empty one takes the banner away."""
+    def show_sentence(self, sentence: str, offer: str = "") -> None:
+        """Show a sentence and offer help by a button; an empty one takes the banner away."""
+        self.help_button.setText(offer)
+        self.help_button.setVisible(bool(offer))
         self._text.setText(sentence[:1].upper() + sentence[1:])
         self.setVisible(bool(sentence))
 

@@ -19,9 +19,13 @@ from PySide6.QtWidgets import (
 )
 
 from flyreg_gui.panels.preparation import PreparationForm
+from flyreg_gui.panels.trimming import TrimmingPanel
+from flyreg_gui.panels.tunnels import TunnelsPanel
 from flyreg_gui.session import Session
 from flyreg_gui.steps import TITLES, State, Step, StepReport, report_steps
 from flyreg_gui.theme import Theme, css, current_theme
+from flyreg_gui.trim_mode import TrimMode
+from flyreg_gui.tunnels import Tunnels
 
 PATIENCE_MS = 500
 """How long work runs before its progress is shown."""
@@ -155,28 +159,29 @@ class StepsPanel(QWidget):
     export_asked = Signal()
     save_asked = Signal()
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, tunnels: Tunnels, trim: TrimMode) -> None:
         super().__init__()
-        self._session = session
+        self._session, self._tunnels = session, tunnels
         self.cards = [StepCard(step) for step in Step]
         self.form = PreparationForm(session)
+        self.tunnels = TunnelsPanel(session, tunnels)
+        self.trimming = TrimmingPanel(session, trim)
         self.work = WorkBar()
-        self.settings_button = QToolButton()
-        self.settings_button.setText("Settings")
-        self.settings_button.setCheckable(True)
-        self.settings_button.setAutoRaise(True)
-        self.settings_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.settings_button, self.tunnels_button = _folder("Settings"), _folder("Tunnels")
         self.open_button = QPushButton("Open…")
         self.export_button, self.save_button = QPushButton("Export mesh…"), QPushButton("Save…")
         self._arrange()
         self._theme = current_theme()
         self._connect()
         self._on_toggled(False)
+        self._on_tunnels()
         self._show()
 
     def _arrange(self) -> None:
         self.cards[Step.BRAINS].add_row(self.open_button)
-        self.cards[Step.PREPARE].add_row(self.settings_button)
+        self.cards[Step.PREPARE].add_row(self.settings_button, self.tunnels_button)
+        self.cards[Step.PREPARE].add(self.tunnels)
+        self.cards[Step.PREPARE].add(self.trimming)
         self.cards[Step.PREPARE].add(self.form)
         self.cards[Step.TAKE_AWAY].add_row(self.export_button, self.save_button)
         content = QWidget()
@@ -204,6 +209,8 @@ class StepsPanel(QWidget):
     def _connect(self) -> None:
         session = self._session
         self.settings_button.toggled.connect(self._on_toggled)
+        self.tunnels_button.toggled.connect(self._tunnels.set_on)
+        self._tunnels.changed.connect(self._on_tunnels)
         self.open_button.clicked.connect(self.open_asked)
         self.export_button.clicked.connect(self.export_asked)
         self.save_button.clicked.connect(self.save_asked)
@@ -221,8 +228,13 @@ class StepsPanel(QWidget):
 
     def _on_toggled(self, on: bool) -> None:
         self.form.setVisible(on)
-        arrow = Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow
-        self.settings_button.setArrowType(arrow)
+        self.settings_button.setArrowType(_arrow(on))
+
+    def _on_tunnels(self) -> None:
+        on = self._tunnels.is_on
+        self.tunnels.setVisible(on)
+        self.tunnels_button.setChecked(on)
+        self.tunnels_button.setArrowType(_arrow(on))
 
     def _on_progressed(self, fraction: float, text: str) -> None:
         self.work.show_progress(fraction, text)
@@ -242,3 +254,17 @@ class StepsPanel(QWidget):
         self.work.show_state(running=session.is_running, stopped=stopped)
         self.export_button.setEnabled(session.is_up_to_date)
         self.save_button.setEnabled(session.project is not None)
+
+
+def _folder(text: str) -> QToolButton:
+    """Return a button that opens and closes what is below it."""
+    button = QToolButton()
+    button.setText(text)
+    button.setCheckable(True)
+    button.setAutoRaise(True)
+    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    return button
+
+
+def _arrow(is_open: bool) -> Qt.ArrowType:
+    return Qt.ArrowType.DownArrow if is_open else Qt.ArrowType.RightArrow

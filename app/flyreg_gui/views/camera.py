@@ -23,6 +23,10 @@ VIEW_ANGLE = 24.0
 MARGIN = 1.12
 """How much more than the brain a camera sees from the front."""
 
+ABOVE, FARTHER = (0.25, 0.75, 0.65), 1.15
+"""Towards the viewer's right, dorsal, anterior: where a brain is seen from obliquely, and how far off
+compared to the front."""
+
 
 @dataclass(frozen=True, eq=False)
 class ViewSpace:
@@ -66,6 +70,14 @@ class Pose:
         half = max(height, width / max(aspect, 0.1)) / 2 * MARGIN
         distance = half / np.tan(np.deg2rad(VIEW_ANGLE) / 2) + depth / 2
         return cls((0.0, 0.0, float(distance)), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+    @classmethod
+    def from_above(cls, space: ViewSpace, aspect: float) -> Pose:
+        """Return the pose that sees the whole brain obliquely from above and before it."""
+        near = cls.from_front(space, aspect)
+        distance = float(np.linalg.norm(near.position)) * FARTHER
+        direction = np.array(ABOVE) / np.linalg.norm(ABOVE)
+        return cls(tuple((distance * direction).tolist()), near.focal_point, near.up)
 
 
 class CameraLink(QObject):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,22 @@ WHEEL_ZOOM = 1.15
 """Magnification by one notch of the wheel."""
 
 
+class Grabber(Protocol):
+    """What takes the left button from the camera where it finds something to grab."""
+
+    def press(self, position: QPointF) -> bool:
+        """Take hold of what is at a position; tell whether there was anything."""
+
+    def move(self, position: QPointF) -> None:
+        """Follow the mouse."""
+
+    def release(self) -> None:
+        """Let go."""
+
+    def double_click(self, position: QPointF) -> bool:
+        """Act on a double click; tell whether there was anything to act on."""
+
+
 class Canvas(QtInteractor):
     """A scene with a camera: left drag turns, middle or shift drag moves, right drag zooms.
 
@@ -30,6 +46,7 @@ class Canvas(QtInteractor):
     """
 
     clicked = Signal(QPointF, object)  # position in the widget, Qt.KeyboardModifiers
+    hovered = Signal(QPointF)  # the mouse is there, no button pressed
     camera_moved = Signal()  # by the user's hand
     resized = Signal()
 
@@ -41,6 +58,9 @@ class Canvas(QtInteractor):
         self._press: QPointF | None = None
         self._last = QPointF()
         self._is_drag = False
+        self.grabber: Grabber | None = None
+        self._is_grabbed = False
+        self.setMouseTracking(True)
 
     def refresh(self) -> None:
         """Have the scene drawn again, soon and once."""
@@ -69,6 +89,17 @@ class Canvas(QtInteractor):
         offset = points - np.array(camera.GetPosition())
         return pixels, offset @ np.array(camera.GetDirectionOfProjection())
 
+    def line_of_sight(self, position: QPointF) -> tuple[Floats, Floats]:
+        """Return a point and the (3,) unit direction of all that appears at a position."""
+        camera = self.renderer.GetActiveCamera()
+        width, height = max(self.width(), 1), max(self.height(), 1)
+        matrix = camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
+        values = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+        x, y = 2 * position.x() / width - 1, 1 - 2 * position.y() / height
+        ends = np.linalg.solve(values, np.array([[x, y, -1.0, 1.0], [x, y, 1.0, 1.0]]).T).T
+        near, far = ends[:, :3] / ends[:, 3:]
+        return near, (far - near) / np.linalg.norm(far - near)
+
     def to_display(self, position: QPointF) -> tuple[float, float]:
         """Return a position in the widget as VTK counts: device pixels from the lower left."""
         window: Any = self.ren_win
@@ -90,18 +121,25 @@ class Canvas(QtInteractor):
     # Qt's events
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin a click or a drag."""
+        """Begin a click or a drag, of the camera or of what can be grabbed there."""
         self._press = self._last = event.position()
         self._is_drag = False
+        is_left = event.button() == Qt.MouseButton.LeftButton
+        self._is_grabbed = bool(is_left and self.grabber and self.grabber.press(event.position()))
         event.accept()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Take the second press as any other."""
-        self.mousePressEvent(event)
+        """Take the second press as any other, unless it means something where it is."""
+        if self.grabber is None or not self.grabber.double_click(event.position()):
+            self.mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Turn, move or zoom once the mouse has left the place of the press."""
         if self._press is None or not event.buttons():
+            self.hovered.emit(event.position())
+            return
+        if self._is_grabbed and self.grabber is not None:
+            self.grabber.move(event.position())
             return
         position = event.position()
         moved = position - self._press
@@ -114,6 +152,10 @@ class Canvas(QtInteractor):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End a drag, or tell of a click."""
+        if self._is_grabbed and self.grabber is not None:
+            self._is_grabbed, self._press = False, None
+            self.grabber.release()
+            return
         is_click = self._press is not None and not self._is_drag
         self._press = None
         if is_click and event.button() == Qt.MouseButton.LeftButton:

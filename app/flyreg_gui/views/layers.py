@@ -25,6 +25,10 @@ Floats = NDArray[np.float64]
 Colors = NDArray[np.uint8]
 
 SPHERE_RESOLUTION = 14
+IN_FRONT = -66_000.0
+"""Offset that shifts any depth to the nearest one; VTK divides it by 65,000."""
+RIM = 20
+"""Brightness of the rim of a dot."""
 LABEL_OFFSET = (9, 5)
 """Where a label stands relative to its point, in pixels."""
 
@@ -34,6 +38,7 @@ class SurfaceLayer:
 
     def __init__(self, plotter: BasePlotter, name: str, *, lit: bool = True) -> None:
         self._plotter, self._name, self._lit = plotter, name, lit
+        self._vertices: Floats | None = None
         self._faces: Integers | None = None
         self._colors: Colors | None = None
         self._shown: tuple[object, object, object] = (None, None, None)
@@ -48,14 +53,15 @@ class SurfaceLayer:
             return False
         self._shown = shown
         if self.actor is not None and faces is self._faces:
-            _put(self._polydata.points, vertices)
+            if vertices is not self._vertices:
+                _put(self._polydata.points, vertices)
             if colors is not self._colors:
                 _put(self._polydata.point_data["color"], colors)
         else:
             self._build(vertices, faces, colors)
-        self._faces, self._colors = faces, colors
-        if self._normals is not None:
+        if self._normals is not None and vertices is not self._vertices:
             _put(self._polydata.point_data.active_normals, self._normals(vertices))
+        self._vertices, self._faces, self._colors = vertices, faces, colors
         self._polydata.Modified()
         return True
 
@@ -91,7 +97,7 @@ class SurfaceLayer:
         """Remove the mesh from the scene."""
         if self.actor is not None:
             self._plotter.remove_actor(self.actor, reset_camera=False, render=False)
-        self.actor = self._faces = self._normals = None
+        self.actor = self._vertices = self._faces = self._normals = None
 
     def set_opacity(self, opacity: float) -> None:
         """Let through what is behind; at 0 the mesh is not drawn at all."""
@@ -104,6 +110,51 @@ class SurfaceLayer:
         if self.actor is not None:
             self.actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
             self.actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(-steps, -steps)
+
+
+class SheetLayer:
+    """Translucent sheets of one colour with their outlines."""
+
+    def __init__(self, plotter: BasePlotter, opacity: float, width: float) -> None:
+        self._fill, self._outline = vtkActor(), LineLayer(plotter, (0, 0, 0), width)
+        self._mapper = vtkPolyDataMapper()
+        self._fill.SetMapper(self._mapper)
+        self._fill.PickableOff()
+        self._fill.GetProperty().SetLighting(False)
+        self._fill.GetProperty().SetOpacity(opacity)
+        self._fill.VisibilityOff()
+        plotter.renderer.AddActor(self._fill)
+
+    def set_color(self, color: Color) -> None:
+        """Draw in another colour."""
+        self._fill.GetProperty().SetColor(*unit(color))
+        self._outline.set_color(color)
+
+    def set_width(self, width: float) -> None:
+        """Draw the outlines in another width, in pixels."""
+        self._outline.set_width(width)
+
+    def show(self, sheets: Sequence[Floats]) -> None:
+        """Draw sheets: each a (2, k, 3) array, the two long edges of a strip."""
+        self._fill.SetVisibility(len(sheets) > 0)
+        points, quads, edges = [np.zeros((0, 3))], [], []
+        start = 0
+        for sheet in sheets:
+            k = sheet.shape[1]
+            near, far = start + np.arange(k), start + k + np.arange(k)
+            quads.append(
+                np.column_stack([np.full(k - 1, 4), near[:-1], near[1:], far[1:], far[:-1]])
+            )
+            ring = np.concatenate([near, far[::-1]])
+            edges.append(np.column_stack([ring, np.roll(ring, -1)]))
+            points.append(sheet.reshape(-1, 3))
+            start += 2 * k
+        corners = np.concatenate(points)
+        if sheets:
+            faces = np.concatenate(quads).reshape(-1)
+            self._mapper.SetInputData(pv.PolyData(corners.astype(np.float32), faces))
+        segments = np.concatenate(edges) if edges else np.zeros((0, 2), dtype=np.int64)
+        self._outline.show(corners, segments)
 
 
 class _VertexNormals:
@@ -147,6 +198,10 @@ class MarkerLayer:
         self.actor.VisibilityOff()
         plotter.renderer.AddActor(self.actor)
 
+    def bring_to_front(self) -> None:
+        """Draw the balls over everything that is nearer."""
+        draw_in_front(self._mapper)
+
     def show(self, points: Floats, radii: Floats, colors: Colors) -> None:
         """Draw balls at (n, 3) points."""
         self.actor.SetVisibility(len(points) > 0)
@@ -160,6 +215,43 @@ class MarkerLayer:
         self._polydata.point_data["radius"] = radii.astype(np.float32)
         self._polydata.point_data["color"] = np.array(colors)
         self._polydata.Modified()
+
+
+class DotLayer:
+    """Dots of a fixed size on the screen, over everything that is nearer."""
+
+    def __init__(self, plotter: BasePlotter, size: float, halo: float) -> None:
+        self._sizes = (size + halo, size)
+        self._mappers = [vtkPolyDataMapper(), vtkPolyDataMapper()]  # dark rim, dot
+        self._actors = [vtkActor(), vtkActor()]
+        for actor, mapper in zip(self._actors, self._mappers, strict=True):
+            mapper.SetScalarModeToUsePointFieldData()
+            mapper.SelectColorArray("color")
+            mapper.SetColorModeToDirectScalars()
+            draw_in_front(mapper)
+            actor.SetMapper(mapper)
+            actor.PickableOff()
+            actor.GetProperty().SetLighting(False)
+            actor.GetProperty().SetRenderPointsAsSpheres(True)
+            actor.VisibilityOff()
+            plotter.renderer.AddActor(actor)
+
+    def set_scale(self, scale: float) -> None:
+        """Take the device's pixels per point."""
+        for actor, size in zip(self._actors, self._sizes, strict=True):
+            actor.GetProperty().SetPointSize(scale * size)
+
+    def show(self, points: Floats, colors: Colors) -> None:
+        """Draw dots at (n, 3) points."""
+        dark = np.full((len(points), 3), RIM, dtype=np.uint8)
+        for actor, mapper, color in zip(
+            self._actors, self._mappers, (dark, np.array(colors)), strict=True
+        ):
+            actor.SetVisibility(len(points) > 0)
+            if len(points):
+                data = pv.PolyData(points.astype(np.float32))
+                data.point_data["color"] = color
+                mapper.SetInputData(data)
 
 
 class LineLayer:
@@ -183,6 +275,10 @@ class LineLayer:
         """Draw in another colour."""
         self.actor.GetProperty().SetColor(*unit(color))
         self.actor.GetProperty().SetOpacity(opacity)
+
+    def bring_to_front(self) -> None:
+        """Draw the lines over everything that is nearer."""
+        draw_in_front(self._mapper)
 
     def set_width(self, width: float) -> None:
         """Draw lines of another width, in pixels."""
@@ -256,6 +352,14 @@ class LabelLayer:
             style.SetVerticalJustificationToBottom()
             style.SetBackgroundColor(*unit(self._background))
             style.SetBackgroundOpacity(0.7)
+
+
+def draw_in_front(mapper: Any) -> None:
+    """Have a mapper draw as if everything lay at the eye, so that nothing hides it."""
+    mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, IN_FRONT)
+    mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, IN_FRONT)
+    mapper.SetRelativeCoincidentTopologyPointOffsetParameter(IN_FRONT)
 
 
 def _put(array: Any, values: Floats | NDArray[np.float32] | Colors) -> None:

@@ -107,6 +107,10 @@ class SurfaceView:
         self.overlay.hide()
         self._space = None
         self._is_home = True
+        self.clear_landmarks()
+
+    def clear_landmarks(self) -> None:
+        """Show the brain without landmarks."""
         for markers in (self._markers, self._waiting):
             markers.show(NO_POINTS, np.zeros(0), np.zeros((0, 3), dtype=np.uint8))
         self._labels.show(NO_POINTS, [])

@@ -10,14 +10,19 @@ from numpy.typing import ArrayLike
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtWidgets import QSplitter, QVBoxLayout, QWidget
 
+from flyreg_core import edits
 from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats
 from flyreg_core.pipeline import PreparedBrain, Results
+from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.landmark_mode import LandmarkMode
+from flyreg_gui.preparing import ROLES, Remains
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
 from flyreg_gui.steps import short_name
 from flyreg_gui.theme import SOURCE, TARGET, Color, Theme
+from flyreg_gui.trim_mode import TrimMode
+from flyreg_gui.tunnels import Tunnels
 from flyreg_gui.views.camera import CameraLink, ViewSpace
 from flyreg_gui.views.canvas import Canvas, FlatCanvas
 from flyreg_gui.views.flat_view import FlatView
@@ -25,6 +30,8 @@ from flyreg_gui.views.layers import Colors
 from flyreg_gui.views.markers import style_markers
 from flyreg_gui.views.relief import relief_colors
 from flyreg_gui.views.surface_view import SurfaceView
+from flyreg_gui.views.trim_views import TrimViews
+from flyreg_gui.views.tunnel_views import TunnelViews
 from flyreg_gui.views.view_frame import ViewFrame
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
@@ -42,9 +49,18 @@ class _Look:
 class ViewArea(QWidget):
     """Source, target, registered over target; below them the halves laid flat."""
 
-    def __init__(self, session: Session, selection: Selection, mode: LandmarkMode) -> None:
+    def __init__(
+        self,
+        session: Session,
+        selection: Selection,
+        mode: LandmarkMode,
+        tunnels: Tunnels,
+        drill: DrillMode,
+        trim: TrimMode,
+    ) -> None:
         super().__init__()
         self._session, self._selection, self._mode = session, selection, mode
+        self._trim = trim
         self._theme: Theme | None = None
         self._looks: dict[Role, _Look] = {}
         self._make_frames()
@@ -58,11 +74,16 @@ class ViewArea(QWidget):
         self.flat_views = (self.anterior, self.posterior)
         self.views: tuple[SurfaceView | FlatView, ...] = (*self.surface_views, *self.flat_views)
         self.link = CameraLink(self.surface_views, self)
+        brains: dict[Role, SurfaceView] = {"source": self.source, "target": self.target}
+        self.tunnel_views = TunnelViews(session, tunnels, drill, brains)
+        self.trim_views = TrimViews(session, trim, brains)
         for view in self.views:
             view.canvas.clicked.connect(partial(self._on_clicked, view))
         session.results_changed.connect(self._on_results)
+        session.remains_changed.connect(self._on_remains)
         selection.changed.connect(self._show_landmarks)
         mode.changed.connect(self._on_mode)
+        trim.changed.connect(self._on_trim)
 
     def _make_frames(self) -> None:
         titles = (
@@ -110,6 +131,8 @@ class ViewArea(QWidget):
             frame.show_theme(theme)
         for view in self.views:
             view.show_theme(theme)
+        self.tunnel_views.show_theme(theme)
+        self.trim_views.show_theme(theme)
         self._show_landmarks()
 
     def set_blend(self, blend: float) -> None:
@@ -159,13 +182,47 @@ class ViewArea(QWidget):
         self._show_brains(results)
         self._show_landmarks()
 
+    def _on_remains(self, remains: Remains | None) -> None:
+        """Show the brains as they were read, where they cannot be prepared."""
+        session = self._session
+        is_needed = session.results is None and not self._trim.is_on
+        if remains is None or session.project is None or not is_needed:
+            return
+        for role, view, frame, color in zip(
+            ROLES, (self.source, self.target), self.frames[:2], (SOURCE, TARGET), strict=True
+        ):
+            brain = remains.brains.get(role)
+            frame.set_empty(brain is None)
+            if brain is not None:
+                surface = brain.surface
+                space = ViewSpace.of(surface, brain.frame)
+                view.show_surface(
+                    surface.vertices, surface.faces, relief_colors(surface, color), space
+                )
+                name = short_name(edits.brain_of(session.project, role).input)
+                frame.title.set_detail(f"{name}, as read: not prepared")
+
+    def _on_trim(self) -> None:
+        """Leave the views of the two brains to trimming, or take them back."""
+        if self._trim.is_on:
+            self.source.clear_landmarks()
+            self.target.clear_landmarks()
+            self.trim_views.show()
+            return
+        if self._session.results is not None:
+            self._on_results(self._session.results)
+        else:
+            self._on_remains(self._session.remains)
+        self.trim_views.hide()
+
     def _show_brains(self, results: Results) -> None:
         source = self._look("source", results.source, SOURCE)
         target = self._look("target", results.target, TARGET)
         mine, other = results.source.surface, results.target.surface
         moved = results.registration.surface
-        self.source.show_surface(mine.vertices, mine.faces, source.colors, source.space)
-        self.target.show_surface(other.vertices, other.faces, target.colors, target.space)
+        if not self._trim.is_on:
+            self.source.show_surface(mine.vertices, mine.faces, source.colors, source.space)
+            self.target.show_surface(other.vertices, other.faces, target.colors, target.space)
         self.registered.show_surface(moved.vertices, moved.faces, source.colors, target.space)
         self.registered.show_overlay(other.vertices, other.faces, target.colors)
         for view in self.flat_views:
@@ -190,8 +247,9 @@ class ViewArea(QWidget):
         style = style_markers(landmarks, self._selection.ids, self._theme)
         sources = points_of([landmark.source_point for landmark in landmarks])
         targets = points_of([landmark.target_point for landmark in landmarks])
-        self.source.show_landmarks(sources, style)
-        self.target.show_landmarks(targets, style)
+        if not self._trim.is_on:
+            self.source.show_landmarks(sources, style)
+            self.target.show_landmarks(targets, style)
         self.registered.show_landmarks(targets, style)
         for view in self.flat_views:
             view.show_landmarks(landmarks, style)
@@ -202,6 +260,10 @@ class ViewArea(QWidget):
         self, view: SurfaceView | FlatView, position: QPointF, modifiers: Qt.KeyboardModifier
     ) -> None:
         role = self._role_of(view)
+        if role is not None and self._trim.is_on:
+            return
+        if role is not None and self.tunnel_views.click(role, position):
+            return
         if self._mode.is_on and role is not None and isinstance(view, SurfaceView):
             point = view.point_at(position)
             if point is not None:
