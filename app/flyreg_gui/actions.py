@@ -119,6 +119,16 @@ SPECS = (
         needs="brains",
     ),
     ActionSpec(
+        "origins",
+        "View",
+        "Where the surface &comes from",
+        ("O",),
+        lambda w, on: w.view_area.set_by_origin(on),
+        "Show in colours what was filled, drilled, trimmed or bridged (O)",
+        is_on=False,
+        needs="results",
+    ),
+    ActionSpec(
         "link",
         "View",
         "&Link cameras",

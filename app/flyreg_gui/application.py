@@ -68,8 +68,10 @@ def requested_project(request: Request) -> Project | None:
         _unit(request.source_unit),
         _unit(request.target_unit),
     )
+    sizes = (request.source_voxel_size, request.target_voxel_size)
     source, target = (
-        Brain(open_brain(name, unit)) for name, unit in zip(request.brains, units, strict=True)
+        Brain(open_brain(name, unit, voxel_size_um=size))
+        for name, unit, size in zip(request.brains, units, sizes, strict=True)
     )
     return Project(source, target)
 

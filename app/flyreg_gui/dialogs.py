@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
+    QDoubleSpinBox,
     QFileDialog,
     QGridLayout,
     QLabel,
@@ -21,12 +22,23 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from flyreg_core.brain_files import open_brain, template_labels
-from flyreg_core.errors import FlyregError
+from flyreg_core import mesh_formats, point_formats, volume_formats
+from flyreg_core.brain_files import READ, open_brain, template_labels
+from flyreg_core.errors import FlyregError, InputError
 from flyreg_core.project import BrainInput, Unit
 from flyreg_gui.preferences import Preferences
 
-MESH_FILTER = "Meshes (*.ply *.obj *.stl *.off *.glb *.gltf *.vtk);;All files (*)"
+BRAIN_FILTER = ";;".join(
+    f"{title} ({' '.join(f'*{ending}' for ending in sorted(endings))})"
+    for title, endings in (
+        ("Brains", READ),
+        ("Meshes", mesh_formats.ENDINGS),
+        ("Point clouds", point_formats.ENDINGS),
+        ("Label volumes", volume_formats.ENDINGS),
+    )
+)
+BRAIN_FILTER += ";;All files (*)"
+MOST_VOXEL_UM = 100.0
 UNITS: tuple[tuple[str, Unit | None], ...] = (
     ("find out", None),
     ("µm", "um"),
@@ -35,11 +47,62 @@ UNITS: tuple[tuple[str, Unit | None], ...] = (
 )
 
 
+VoxelSize = tuple[float, float, float]
+
+
+def lacks_voxel_size(name: str) -> bool:
+    """Tell whether a file is a volume that does not say how large its voxels are."""
+    path = Path(name).expanduser()
+    if not (path.is_file() and volume_formats.is_volume(path)):
+        return False
+    return not volume_formats.read_header(path).has_voxel_size
+
+
+class VoxelSizeDialog(QDialog):
+    """Asks for the edges of a voxel."""
+
+    def __init__(self, name: str, size: VoxelSize, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Voxel size")
+        text = QLabel(
+            f"{Path(name).name} does not say how large its voxels are. State the edges of a voxel "
+            "in micrometres; z is the distance between slices."
+        )
+        text.setWordWrap(True)
+        text.setTextFormat(Qt.TextFormat.PlainText)
+        grid = QGridLayout(self)
+        grid.addWidget(text, 0, 0, 1, 3)
+        self.edges = []
+        for column, (axis, value) in enumerate(zip("xyz", size, strict=True)):
+            edge = QDoubleSpinBox()
+            edge.setDecimals(4)
+            edge.setRange(0.0001, MOST_VOXEL_UM)
+            edge.setValue(value)
+            edge.setPrefix(f"{axis}  ")
+            edge.setSuffix(" µm")
+            edge.setAccessibleName(f"Edge along {axis}")
+            grid.addWidget(edge, 1, column)
+            self.edges.append(edge)
+        choices = QDialogButtonBox.StandardButton
+        self.buttons = QDialogButtonBox(choices.Ok | choices.Cancel)
+        self.buttons.accepted.connect(self.accept)
+        self.buttons.rejected.connect(self.reject)
+        grid.addWidget(self.buttons, 2, 0, 1, 3)
+        self.setMinimumWidth(420)
+
+    @property
+    def voxel_size_um(self) -> VoxelSize:
+        """The edges along x, y and z, micrometres."""
+        x, y, z = (edge.value() for edge in self.edges)
+        return x, y, z
+
+
 class BrainChooser:
     """One row of the dialog: a file or a template, and its unit."""
 
     def __init__(self, role: str, preferences: Preferences, parent: QDialog) -> None:
         self._preferences, self._parent = preferences, parent
+        self._voxel_size: VoxelSize = (1.0, 1.0, 1.0)  # as stated last
         self.label = QLabel(role)
         self.name = QComboBox()
         self.name.setEditable(True)
@@ -56,13 +119,23 @@ class BrainChooser:
         self.browse.clicked.connect(self._on_browse)
 
     def open(self) -> BrainInput:
-        """Open what was chosen."""
-        return open_brain(self.name.currentText().strip(), UNITS[self.unit.currentIndex()][1])
+        """Open what was chosen; ask how large the voxels of a volume are if it does not say so."""
+        name, unit = self.name.currentText().strip(), UNITS[self.unit.currentIndex()][1]
+        size = None
+        if lacks_voxel_size(name):
+            dialog = VoxelSizeDialog(name, self._voxel_size, self._parent)
+            is_answered = dialog.exec() == QDialog.DialogCode.Accepted
+            if is_answered:
+                size = self._voxel_size = dialog.voxel_size_um
+            dialog.deleteLater()
+            if not is_answered:
+                raise InputError(f"{name} does not say how large its voxels are; state it")
+        return open_brain(name, unit, voxel_size_um=size)
 
     def _on_browse(self) -> None:
         folder = self._preferences.folder
         path, _ = QFileDialog.getOpenFileName(
-            self._parent, f"{self.label.text()} brain", folder, MESH_FILTER
+            self._parent, f"{self.label.text()} brain", folder, BRAIN_FILTER
         )
         if path:
             self._preferences.folder = str(Path(path).parent)
@@ -96,7 +169,11 @@ class OpenBrainsDialog(QDialog):
             grid.addWidget(chooser.browse, row, 2)
             grid.addWidget(chooser.unit, row, 3)
             chooser.name.editTextChanged.connect(self._on_edited)
-        hint = QLabel("The source is moved onto the target; the target stays as it is.")
+        hint = QLabel(
+            "The source is moved onto the target; the target stays as it is. A brain is a mesh, a "
+            "point cloud or a label volume."
+        )
+        hint.setWordWrap(True)
         hint.setEnabled(False)
         grid.addWidget(hint, 3, 1, 1, 3)
         grid.addWidget(self._problem, 4, 0, 1, 4)

@@ -22,6 +22,8 @@ class Request:
     brains: tuple[str, str] | None = None
     source_unit: str | None = None
     target_unit: str | None = None
+    source_voxel_size: tuple[float, float, float] | None = None
+    target_voxel_size: tuple[float, float, float] | None = None
     demo: bool = False
     screenshot: Path | None = None
 
@@ -60,9 +62,15 @@ def parse(argv: Sequence[str]) -> Request:
         brains,
         arguments.source_unit,
         arguments.target_unit,
+        _voxel_size(arguments.source_voxel_size),
+        _voxel_size(arguments.target_voxel_size),
         arguments.demo,
         arguments.screenshot,
     )
+
+
+def _voxel_size(edges: list[float] | None) -> tuple[float, float, float] | None:
+    return None if edges is None else (edges[0], edges[1], edges[2])
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -76,7 +84,8 @@ def make_parser() -> argparse.ArgumentParser:
         "inputs",
         nargs="*",
         metavar="PROJECT | SOURCE TARGET",
-        help="a project file, or two brains: mesh files or labels of flybrains templates",
+        help="a project file, or two brains: files (meshes, point clouds, label volumes) or labels "
+        "of flybrains templates",
     )
     parser.add_argument("--demo", action="store_true", help="open a made-up pair of brains")
     parser.add_argument(
@@ -87,6 +96,13 @@ def make_parser() -> argparse.ArgumentParser:
     )
     for role in ("source", "target"):
         parser.add_argument(f"--{role}-unit", choices=UNITS, help=f"the unit of the {role}'s file")
+        parser.add_argument(
+            f"--{role}-voxel-size",
+            type=float,
+            nargs=3,
+            metavar=("X", "Y", "Z"),
+            help=f"edges of a voxel of the {role} in micrometres, if it is a label volume",
+        )
     parser.add_argument("--version", action="version", version=f"%(prog)s {_version()}")
     return parser
 

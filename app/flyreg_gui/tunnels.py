@@ -45,6 +45,8 @@ class Tunnels(QObject):
 
     def choose(self, chosen: Chosen | None) -> None:
         """Point at one tunnel of a brain, or at none."""
+        if chosen is not None and chosen[1] >= len(self.of(chosen[0])):
+            chosen = None
         if chosen != self.chosen:
             self.chosen = chosen
             self.changed.emit()

@@ -31,7 +31,9 @@ class StartPage(QWidget):
         title.setFont(font)
         welcome = QLabel(WELCOME)
         welcome.setWordWrap(True)
-        self.open_button = _big_button("Open brains…", "Two mesh files, or templates of flybrains")
+        self.open_button = _big_button(
+            "Open brains…", "Meshes, point clouds, label volumes, or templates of flybrains"
+        )
         self.project_button = _big_button("Open project…", "Go on where you saved")
         self.demo_button = _big_button("Try the demo", "A made-up pair of brains; no files needed")
         buttons = (self.open_button, self.project_button, self.demo_button)

@@ -80,7 +80,7 @@ class FlatView:
         self._markers = MarkerLayer(canvas, flat=True)
         self._labels = LabelLayer(canvas)
         self._sides = LabelLayer(canvas, 11, centered=True)
-        self._halves: tuple[object, object] | None = None
+        self._drawn: tuple[object, ...] = ()  # the halves and the colours on show
         self._lines: GridLines | None = None
         self._loops: Integers | None = None
         self._ids: tuple[str, ...] = ()
@@ -109,8 +109,9 @@ class FlatView:
         """Draw a registration; `source` and `target` are the colours of the surfaces' vertices."""
         mine, other = results.source.halves[self.half], results.target.halves[self.half]
         warped = results.registration.halves[self.half].plane
-        if self._halves != (mine, other):
-            self._halves = (mine, other)
+        drawn = (mine, other, source, target)
+        if not self._drawn or any(a is not b for a, b in zip(drawn, self._drawn, strict=True)):
+            self._drawn = drawn
             self._lines = GridLines.of(mine.plane, mine.faces)
             self._source.hide()
             self._target.show(raised(other.plane, TARGET_Z), other.faces, target[other.vertex_of])
@@ -147,7 +148,7 @@ class FlatView:
         """Show nothing."""
         self._source.hide()
         self._target.hide()
-        self._halves = None
+        self._drawn = ()
         nothing, no_lines = np.zeros((0, 3)), np.zeros((0, 2), dtype=np.int64)
         for lines in (self._grid, self._outline, self._arrows):
             lines.show(nothing, no_lines)

@@ -15,8 +15,10 @@ DARKEST, LIGHTEST = 0.55, 1.3
 """Brightness of the deepest groove and of the highest bump."""
 
 
-def relief_colors(surface: SurfaceMesh, color: Color) -> NDArray[np.uint8]:
+def relief_colors(surface: SurfaceMesh, color: Color | NDArray[np.integer]) -> NDArray[np.uint8]:
     """Return an (n, 3) colour for each vertex: bumps lighter, grooves darker.
+
+    `color` is one for all, or one for each vertex.
 
     Carried along with the vertices, it shows where the bumps of one brain land on another.
     """
@@ -28,7 +30,7 @@ def relief_colors(surface: SurfaceMesh, color: Color) -> NDArray[np.uint8]:
     return _tinted(height, color)
 
 
-def _tinted(height: Floats, color: Color) -> NDArray[np.uint8]:
+def _tinted(height: Floats, color: Color | NDArray[np.integer]) -> NDArray[np.uint8]:
     low, high = np.percentile(height, [4, 96])
     share = np.clip((height - low) / max(high - low, 1e-12), 0, 1)[:, None]
     brightness = DARKEST + (LIGHTEST - DARKEST) * share

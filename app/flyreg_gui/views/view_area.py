@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,6 +28,7 @@ from flyreg_gui.views.canvas import Canvas, FlatCanvas
 from flyreg_gui.views.flat_view import FlatView
 from flyreg_gui.views.layers import Colors
 from flyreg_gui.views.markers import style_markers
+from flyreg_gui.views.origins import key_of, origin_colors
 from flyreg_gui.views.relief import relief_colors
 from flyreg_gui.views.surface_view import SurfaceView
 from flyreg_gui.views.trim_views import TrimViews
@@ -41,9 +42,25 @@ class _Look:
     """What is drawn of one prepared brain whatever the registration: its space and its colours."""
 
     def __init__(self, brain: PreparedBrain, color: Color) -> None:
-        self.brain = brain
+        self.brain, self._color = brain, color
         self.space = ViewSpace.of(brain.surface, brain.frame)
-        self.colors: Colors = relief_colors(brain.surface, color)
+
+    def colors(self, by_origin: bool) -> Colors:
+        """Return the colours of the vertices: the brain's own, or by where they come from."""
+        return self._by_origin if by_origin else self._plain
+
+    @cached_property
+    def _plain(self) -> Colors:
+        return relief_colors(self.brain.surface, self._color)
+
+    @cached_property
+    def _by_origin(self) -> Colors:
+        return origin_colors(self.brain)
+
+    @cached_property
+    def key(self) -> list[tuple[Color, str, str]]:
+        """What the colours by origin mean."""
+        return key_of(self.brain)
 
 
 class ViewArea(QWidget):
@@ -63,6 +80,7 @@ class ViewArea(QWidget):
         self._trim = trim
         self._theme: Theme | None = None
         self._looks: dict[Role, _Look] = {}
+        self._by_origin = False
         self._make_frames()
         self._arrange()
         self.source = SurfaceView(self.frames[0].canvas)
@@ -141,6 +159,12 @@ class ViewArea(QWidget):
         for view in self.flat_views:
             view.set_blend(blend)
 
+    def set_by_origin(self, on: bool) -> None:
+        """Colour prepared surfaces by where they come from, or plainly."""
+        self._by_origin = on
+        if self._session.results is not None:
+            self._show_brains(self._session.results)
+
     def go_home(self) -> None:
         """Show everything as at first: brains from the front, the halves whole."""
         for view in self.views:
@@ -178,6 +202,7 @@ class ViewArea(QWidget):
                 view.clear()
             for frame in self.frames:
                 frame.title.set_detail("")
+                frame.show_legend([])
             return
         self._show_brains(results)
         self._show_landmarks()
@@ -205,6 +230,8 @@ class ViewArea(QWidget):
     def _on_trim(self) -> None:
         """Leave the views of the two brains to trimming, or take them back."""
         if self._trim.is_on:
+            for frame in self.frames[:2]:
+                frame.show_legend([])
             self.source.clear_landmarks()
             self.target.clear_landmarks()
             self.trim_views.show()
@@ -220,13 +247,17 @@ class ViewArea(QWidget):
         target = self._look("target", results.target, TARGET)
         mine, other = results.source.surface, results.target.surface
         moved = results.registration.surface
+        mine_colors, other_colors = (look.colors(self._by_origin) for look in (source, target))
+        for frame, look in zip(self.frames, (source, target, source), strict=False):
+            is_shown = self._by_origin and not (self._trim.is_on and frame in self.frames[:2])
+            frame.show_legend(look.key if is_shown else [])
         if not self._trim.is_on:
-            self.source.show_surface(mine.vertices, mine.faces, source.colors, source.space)
-            self.target.show_surface(other.vertices, other.faces, target.colors, target.space)
-        self.registered.show_surface(moved.vertices, moved.faces, source.colors, target.space)
-        self.registered.show_overlay(other.vertices, other.faces, target.colors)
+            self.source.show_surface(mine.vertices, mine.faces, mine_colors, source.space)
+            self.target.show_surface(other.vertices, other.faces, other_colors, target.space)
+        self.registered.show_surface(moved.vertices, moved.faces, mine_colors, target.space)
+        self.registered.show_overlay(other.vertices, other.faces, other_colors)
         for view in self.flat_views:
-            view.show(results, source.colors, target.colors)
+            view.show(results, mine_colors, other_colors)
         inputs = (results.project.source.input, results.project.target.input)
         for frame, brain in zip(self.frames, inputs, strict=False):
             frame.title.set_detail(short_name(brain), brain.path)

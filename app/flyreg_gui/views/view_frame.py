@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QMouseEvent, QResizeEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout
@@ -91,6 +93,9 @@ class ViewFrame(QFrame):
         self._note.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._note.setWordWrap(True)
         self._note.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.legend = QLabel(self)
+        self.legend.setTextFormat(Qt.TextFormat.RichText)
+        self.legend.hide()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -103,6 +108,18 @@ class ViewFrame(QFrame):
         """Take the colours of a theme; the canvas takes its own."""
         self.title.show_theme(theme)
         self._note.setStyleSheet(f"color: {css(theme.faint)};")
+        self.legend.setStyleSheet(
+            f"background: {css(theme.background)}; color: {css(theme.text)};"
+            f"border: 1px solid {css(theme.faint)}; padding: 2px 4px;"
+        )
+
+    def show_legend(self, key: Sequence[tuple[Color, str, str]]) -> None:
+        """Say what colours mean, each with a tip; nothing takes the legend away."""
+        rows = [f"<span style='color: {css(color)};'>■</span> {text}" for color, text, _ in key]
+        self.legend.setText("<br>".join(rows))
+        self.legend.setToolTip("\n".join(f"{text}: {meaning}" for _, text, meaning in key))
+        self.legend.setVisible(bool(key))
+        self._place_note()
 
     def set_empty(self, empty: bool) -> None:
         """Show or hide the note."""
@@ -115,3 +132,7 @@ class ViewFrame(QFrame):
     def _place_note(self) -> None:
         self._note.setGeometry(self.canvas.geometry().adjusted(12, 12, -12, -12))
         self._note.raise_()
+        self.legend.adjustSize()
+        corner = self.canvas.geometry().bottomLeft()
+        self.legend.move(corner.x() + 6, corner.y() - self.legend.height() - 6)
+        self.legend.raise_()
