@@ -144,7 +144,7 @@ SPECS = (
         ("R",),
         lambda w: w.view_area.go_home(),
         "Show everything as at first: the brains from the front (R)",
-        needs="results",
+        needs="brains",
     ),
     ActionSpec("shortcuts", "Help", "Mouse and &keys", ("F1",), lambda w: w.show_shortcuts()),
     ActionSpec("method", "Help", "About the &method", (), lambda w: w.show_method()),

@@ -82,3 +82,33 @@ def pipeline():
 def results(project, pipeline):
     """What follows from the demo project."""
     return pipeline.run(project)
+
+
+@pytest.fixture
+def empty_window(qtbot, pipeline):
+    """The window as it opens, with nothing in it."""
+    from flyreg_gui.main_window import MainWindow
+    from PySide6.QtCore import Qt
+    from PySide6.QtWidgets import QApplication
+
+    QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
+    window = MainWindow(pipeline)
+    window.resize(1500, 950)
+    window.show()
+    qtbot.waitExposed(window)
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    yield window
+    window.session.undo_stack.setClean()
+    window.close()
+    window.deleteLater()
+
+
+@pytest.fixture
+def window(qtbot, empty_window, project, results):
+    """The window with the demo project registered."""
+    from tests.app.hands import settle
+
+    empty_window.session.open(project)
+    settle(qtbot, empty_window)
+    return empty_window

@@ -13,64 +13,25 @@ from flyreg_core.project_file import save_project
 pytest.importorskip("PySide6")
 from flyreg_gui.landmark_table import ID_ROLE, Column
 from flyreg_gui.main import INPUT_ERROR, main
-from flyreg_gui.main_window import MainWindow
 from flyreg_gui.panels.weight_column import groove_of
 from flyreg_gui.steps import State, Step
 from PySide6.QtCore import QPoint, QPointF, QRect, Qt, QTimer
 from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QMessageBox
+from PySide6.QtWidgets import QApplication, QMessageBox
+
+from tests.app.hands import (
+    CONTROL,
+    LEFT,
+    LONG_MS,
+    answer_file_dialog,
+    drag,
+    drawn,
+    pixel,
+    press,
+    settle,
+)
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
-
-LEFT = Qt.MouseButton.LeftButton
-CONTROL = Qt.KeyboardModifier.ControlModifier
-LONG_MS = 60_000
-
-
-@pytest.fixture
-def empty_window(qtbot, pipeline):
-    QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
-    window = MainWindow(pipeline)
-    window.resize(1500, 950)
-    window.show()
-    qtbot.waitExposed(window)
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    yield window
-    window.session.undo_stack.setClean()
-    window.close()
-    window.deleteLater()
-
-
-@pytest.fixture
-def window(qtbot, empty_window, project, results):
-    empty_window.session.open(project)
-    settle(qtbot, empty_window)
-    return empty_window
-
-
-def settle(qtbot, window):
-    """Wait until the newest project is on show and measured."""
-    qtbot.waitUntil(lambda: window.session.is_complete, timeout=LONG_MS)
-    QApplication.processEvents()
-
-
-def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
-    """Press a key with the window active, which a display without a window manager may forget."""
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    qtbot.keyClick(window, key, modifier)
-
-
-def drawn(view):
-    """The vertices that a view draws."""
-    return np.array(view.surface._polydata.points)
-
-
-def pixel(canvas, point):
-    """Where a point in space appears in a canvas."""
-    pixels, _ = canvas.to_pixels(np.array([point]))
-    return QPointF(*pixels[0]).toPoint()
 
 
 def front_landmark(window):
@@ -92,33 +53,6 @@ def row_of(window, identifier):
     return next(
         row for row in range(model.rowCount()) if model.index(row, 0).data(ID_ROLE) == identifier
     )
-
-
-def drag(qtbot, widget, positions, after_each):
-    """Press at the first position, move through the others, release at the last."""
-    qtbot.mousePress(widget, LEFT, pos=positions[0])
-    for position in positions[1:]:
-        qtbot.mouseMove(widget, position)
-        after_each()
-    qtbot.mouseRelease(widget, LEFT, pos=positions[-1])
-
-
-def answer_file_dialog(path):
-    """Choose a path in the next file dialog.
-
-    Typing it and clicking would be nearer to what users do, but Qt's own dialog enables its button
-    only when a thread has read the folder, and every letter has it read again.
-    """
-
-    def answer():
-        dialog = QApplication.activeModalWidget()
-        if isinstance(dialog, QFileDialog):
-            dialog.findChild(QLineEdit, "fileNameEdit").setText(str(path))
-            dialog.accept()
-        else:
-            QTimer.singleShot(20, answer)
-
-    QTimer.singleShot(20, answer)
 
 
 def answer_message(qtbot, button, seen):

@@ -138,7 +138,10 @@ class TunnelsPanel(QWidget):
         self.list.addTopLevelItem(heading)
         heading.setExpanded(True)
         if brain is None or not brain.tunnels:
-            heading.setText(0, f"{role.capitalize()}: none found" if brain else role.capitalize())
+            remains = self._session.remains
+            is_left = brain is not None and (remains is None or remains.role != role)
+            why = "not prepared yet" if brain is None or is_left else "none found"
+            heading.setText(0, f"{role.capitalize()}: {why}")
             heading.setFirstColumnSpanned(True)
             return
         for number, tunnel in enumerate(brain.tunnels):

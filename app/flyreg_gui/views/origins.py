@@ -61,4 +61,4 @@ def key_of(brain: PreparedBrain) -> list[tuple[Color, str, str]]:
 
 
 def _per_cent(share: float) -> str:
-    return f"{share:.0%}" if share >= 0.01 else "< 1%"
+    return f"{share:.0%}" if share >= 0.01 else "below 1%"

@@ -1,0 +1,62 @@
+"""What a user does with the window: mouse and key events, and waiting for what follows."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QPointF, Qt, QTimer
+from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
+
+LEFT = Qt.MouseButton.LeftButton
+CONTROL = Qt.KeyboardModifier.ControlModifier
+LONG_MS = 60_000
+
+
+def settle(qtbot, window):
+    """Wait until the newest project is on show and measured."""
+    qtbot.waitUntil(lambda: window.session.is_complete, timeout=LONG_MS)
+    QApplication.processEvents()
+
+
+def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
+    """Press a key with the window active, which a display without a window manager may forget."""
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    qtbot.keyClick(window, key, modifier)
+
+
+def drawn(view):
+    """The vertices that a view draws."""
+    return np.array(view.surface._polydata.points)
+
+
+def pixel(canvas, point):
+    """Where a point in space appears in a canvas."""
+    pixels, _ = canvas.to_pixels(np.array([point]))
+    return QPointF(*pixels[0]).toPoint()
+
+
+def drag(qtbot, widget, positions, after_each):
+    """Press at the first position, move through the others, release at the last."""
+    qtbot.mousePress(widget, LEFT, pos=positions[0])
+    for position in positions[1:]:
+        qtbot.mouseMove(widget, position)
+        after_each()
+    qtbot.mouseRelease(widget, LEFT, pos=positions[-1])
+
+
+def answer_file_dialog(path):
+    """Choose a path in the next file dialog.
+
+    Typing it and clicking would be nearer to what users do, but Qt's own dialog enables its button
+    only when a thread has read the folder, and every letter has it read again.
+    """
+
+    def answer():
+        dialog = QApplication.activeModalWidget()
+        if isinstance(dialog, QFileDialog):
+            dialog.findChild(QLineEdit, "fileNameEdit").setText(str(path))
+            dialog.accept()
+        else:
+            QTimer.singleShot(20, answer)
+
+    QTimer.singleShot(20, answer)
