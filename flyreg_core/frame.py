@@ -37,6 +37,10 @@ class BrainFrame:
         """Tell whether the file shows the animal's mirror image."""
         return bool(np.linalg.det(self.axes) < 0)
 
+    def mirrored(self) -> BrainFrame:
+        """Return the frame with left and right exchanged."""
+        return BrainFrame(self.origin, self.axes * [[-1.0], [1.0], [1.0]])
+
     @property
     def anterior(self) -> Floats:
         """Unit vector that points out of the front of the brain."""

@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 
 from flyreg_core.anatomy import find_postures
 from flyreg_core.errors import InputError
-from flyreg_core.frame import BrainFrame
+from flyreg_core.frame import LEFT_RIGHT, BrainFrame
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.occupancy import find_occupancy, find_own_axes
 from flyreg_core.symmetry import find_symmetry_plane
@@ -109,3 +109,12 @@ def find_pose(mesh: SurfaceMesh) -> Pose:
         default=np.inf,
     )
     return Pose(BrainFrame(own.points(origin), axes), plane.likeness, float(lead))
+
+
+def leans_right(mesh: SurfaceMesh, frame: BrainFrame) -> bool:
+    """Tell which side reaches farther, by the third moment of the surface.
+
+    No brain is quite symmetric, and its mirror image leans the other way.
+    """
+    lateral = frame.coordinates(mesh.vertices[mesh.faces].mean(axis=1))[:, LEFT_RIGHT]
+    return bool(mesh.face_areas @ lateral**3 < 0)

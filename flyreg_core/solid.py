@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from flyreg_core.errors import MeshError
-from flyreg_core.frame import DORSO_VENTRAL, BrainFrame
+from flyreg_core.frame import DORSO_VENTRAL, LEFT_RIGHT, BrainFrame
 from flyreg_core.mesh import Booleans, Floats, Integers, SurfaceMesh
 from flyreg_core.progress import Report, in_chunks
 
@@ -60,6 +60,17 @@ class VoxelSolid:
         """Return the (k, 3) index of the voxel nearest to each point of the file."""
         steps = (self.frame.coordinates(points) - self.origin) / self.pitch
         return np.asarray(np.clip(np.round(steps), 0, np.array(self.inside.shape) - 1), int)
+
+    def mirrored(self) -> VoxelSolid:
+        """Return the same voxels in the same places, counted from the other side."""
+        around = self.winding_number
+        return replace(
+            self,
+            inside=self.inside[::-1].copy(),
+            frame=self.frame.mirrored(),
+            origin=np.array([-self.coordinates(LEFT_RIGHT)[-1], *self.origin[1:]]),
+            winding_number=None if around is None else around[::-1].copy(),
+        )
 
 
 def voxelize(

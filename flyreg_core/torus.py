@@ -24,6 +24,7 @@ from flyreg_core.handles import (
 )
 from flyreg_core.isosurface import extract_surface_and_voxels
 from flyreg_core.mesh import Booleans, Floats, Integers, SurfaceMesh
+from flyreg_core.pose import leans_right
 from flyreg_core.progress import Report, within
 from flyreg_core.solid import VoxelSolid, close_solid, kuhn_structure
 from flyreg_core.surface_distance import distances_to_surface
@@ -77,6 +78,12 @@ class Torus:
         """The handle that was kept open."""
         return next(handle for handle in self.handles if handle.is_oesophagus)
 
+    def mirrored(self) -> Torus:
+        """Return the same in a frame with left and right exchanged."""
+        surface = SurfaceMesh(self.surface.vertices, self.surface.faces[:, ::-1])
+        frame, planes = self.frame.mirrored(), self.planes.mirrored()
+        return replace(self, surface=surface, frame=frame, planes=planes)
+
     @property
     def filled_um3(self) -> float:
         """Volume that was added, cubic micrometres."""
@@ -113,7 +120,25 @@ def make_torus(
     ------
     MeshError, TopologyError
         See `trim.trim` and `handles.open_oesophagus`.
+
+    Notes
+    -----
+    The Kuhn grid is not its own mirror image. So that a brain and its mirror image become mirror
+    images, the grid is counted towards the side that reaches farther, whichever that is.
     """
+    if leans_right(original, solid.frame):
+        trimming = trimming.mirrored()
+        return _make_torus(original, solid.mirrored(), trimming, handles, report).mirrored()
+    return _make_torus(original, solid, trimming, handles, report)
+
+
+def _make_torus(
+    original: SurfaceMesh,
+    solid: VoxelSolid,
+    trimming: TrimParameters,
+    handles: HandleParameters,
+    report: Report,
+) -> Torus:
     planes = find_trim_planes(close_solid(solid, CLOSING[0]), trimming)
     carving, closed, handles = _carve_open(solid, planes, handles, within(report, 0.0, 0.5))
     drilled = drill(solid, handles)

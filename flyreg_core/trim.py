@@ -25,6 +25,11 @@ class TrimParameters:
     right: float | None = None  # negative
     left: float | None = None
 
+    def mirrored(self) -> TrimParameters:
+        """Return the same planes in a frame with left and right exchanged."""
+        right, left = (None if x is None else -x for x in (self.left, self.right))
+        return TrimParameters(right, left)
+
     def completed_by(self, other: TrimParameters) -> TrimParameters:
         """Return the parameters with what they leave open taken from others."""
         return TrimParameters(
@@ -39,6 +44,10 @@ class TrimPlanes:
 
     right: float
     left: float
+
+    def mirrored(self) -> TrimPlanes:
+        """Return the same planes in a frame with left and right exchanged."""
+        return TrimPlanes(right=-self.left, left=-self.right)
 
 
 def find_trim_planes(solid: VoxelSolid, parameters: TrimParameters) -> TrimPlanes:
