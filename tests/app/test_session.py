@@ -14,6 +14,7 @@ from flyreg_core.errors import FlyregError, TopologyError
 from flyreg_core.project import Brain, BrainInput, Project
 
 pytest.importorskip("PySide6")
+from flyreg_gui.preparing import PreparingError, RawBrain, Remains
 from flyreg_gui.runner import Runner
 from flyreg_gui.session import Session
 from flyreg_gui.steps import State, Step, report_steps
@@ -197,3 +198,23 @@ def test_as_many_undos_as_steps_restore_the_project(session, project, steps):
     for _ in range(count):
         session.undo_stack.redo()
     assert session.project == final
+
+
+def test_a_brain_that_cannot_be_prepared_is_named_and_what_is_left_of_it_is_kept(
+    qtbot, session, project, pipeline
+):
+    raw = RawBrain(SimpleNamespace(), SimpleNamespace())
+    remains = Remains("target", {"target": raw})
+    pipeline.error = PreparingError(TopologyError("there is no tunnel"), remains)
+    session.open(project)
+    qtbot.waitUntil(lambda: session.failure is not None)
+    assert session.failure.sentence == "Target: there is no tunnel"
+    assert not session.failure.is_internal
+    assert session.brain("target").raw is raw.surface
+    assert session.brain("source") is None
+    session.edit("smoother", edits.set_smoothing(project, 0.5))
+    assert session.brain("target") is not None  # until there is something better
+    pipeline.error = None
+    session.run_again()
+    qtbot.waitUntil(lambda: session.results is not None)
+    assert session.remains is None

@@ -94,8 +94,14 @@ class BrainFields:
 
 
 LABELS = (
-    ("Trim right, µm", "Where the animal's right optic lobe is cut off; grey: at its neck, found"),
-    ("Trim left, µm", "Where the animal's left optic lobe is cut off; grey: at its neck, found"),
+    (
+        "Trim right, µm",
+        "Where the animal's right optic lobe is cut off, left of the midplane: negative; grey: found",
+    ),
+    (
+        "Trim left, µm",
+        "Where the animal's left optic lobe is cut off, left of the midplane; grey: found",
+    ),
     ("Cut shift, µm", "How far behind the automatic place the halves are divided"),
     ("Voxels across", "How finely the brain is cut into voxels, from dorsal to ventral"),
     ("Smoothing passes", "How often the surface is averaged before it is divided"),

@@ -53,9 +53,7 @@ class RingLayer:
         scale = self._canvas.devicePixelRatioF()
         self._labels.set_style(theme.text, theme.background, scale)
         self._dots.set_scale(scale)
-        for actor, width in zip(
-            self._actors, (WIDTH + HALO, WIDTH, CHOSEN_WIDTH + HALO), strict=True
-        ):
+        for actor, width in zip(self._actors, (WIDTH + HALO, WIDTH, CHOSEN_WIDTH), strict=True):
             actor.GetProperty().SetLineWidth(scale * width)
 
     def show(

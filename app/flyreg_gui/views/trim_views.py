@@ -110,13 +110,14 @@ class TrimView:
         low, high = low - MARGIN * (high - low), high + MARGIN * (high - low)
         (_, top, front), (_, bottom, back) = low, high
         points = brain.frame.points
-        sheets, knobs = [], {}
+        sheets, knobs, labels = [], {}, {}
         sides: tuple[tuple[Knob, float], ...] = (("right", places.right), ("left", places.left))
         for knob, x in sides:
             sheets.append(
                 points(np.array([[[x, y, z] for z in (front, back)] for y in (top, bottom)]))
             )
             knobs[knob] = points(np.array([x, top, front]))
+            labels[knob] = points(np.array([x, bottom, front]))
         self._planes.show(sheets)
         if places.knots is None:
             self._cut.show([])
@@ -129,12 +130,12 @@ class TrimView:
             self._cut.show([points(np.stack(strip))])
             middle = (places.right + places.left) / 2
             depth = float(np.interp(middle, *places.knots.T))
-            knobs["cut"] = points(np.array([middle, top, depth]))
+            knobs["cut"] = labels["cut"] = points(np.array([middle, top, depth]))
         self._knobs = knobs
         colors = [CUT if knob == "cut" else TRIM for knob in knobs]
         self._dots.show(np.array(list(knobs.values())), np.array(colors, dtype=np.uint8))
         texts = [label_of(knob, places.of(knob)) for knob in knobs]
-        self._labels.show(np.array(list(knobs.values())), texts)
+        self._labels.show(np.array(list(labels.values())), texts)
 
     # What the canvas asks
 
