@@ -20,8 +20,10 @@ from flyreg_gui.views.picking import MARKER_REACH
 CORNERS = 40
 LEAST_RADIUS = 0.008
 """Radius of the smallest ring, as a share of the brain's diagonal."""
-WIDTH, CHOSEN_WIDTH, HALO = 3.0, 5.0, 3.0
-"""Widths of a ring, of the chosen one, and how much wider the dark line below it is, pixels."""
+WIDTH, HALO = 3.0, 3.0
+"""Width of a ring, and how much wider the dark line below it is, pixels."""
+AROUND = 1.6
+"""How much larger than a tunnel the ring around it is that tells that it is chosen."""
 MOST_LABELS = 9
 """Up to how many tunnels have labels unless they are candidates or chosen."""
 DOT = 7.0
@@ -34,7 +36,7 @@ class RingLayer:
     def __init__(self, canvas: Canvas) -> None:
         self._canvas = canvas
         self._labels, self._dots = LabelLayer(canvas), DotLayer(canvas, DOT, HALO)
-        self._actors = [vtkActor() for _ in range(3)]  # dark line, rings, the chosen one
+        self._actors = [vtkActor() for _ in range(3)]  # dark line, rings, around the chosen
         self._mappers = [vtkPolyDataMapper() for _ in self._actors]
         for actor, mapper in zip(self._actors, self._mappers, strict=True):
             actor.SetMapper(mapper)
@@ -46,14 +48,16 @@ class RingLayer:
             mapper.SelectColorArray("color")
             mapper.SetColorModeToDirectScalars()
             canvas.renderer.AddActor(actor)
+        self._selected: Color = (0, 0, 0)
         self._centers, self._radii = np.zeros((0, 3)), np.zeros(0)
 
     def show_theme(self, theme: Theme) -> None:
         """Take the colours of a theme."""
+        self._selected = theme.selected
         scale = self._canvas.devicePixelRatioF()
         self._labels.set_style(theme.text, theme.background, scale)
         self._dots.set_scale(scale)
-        for actor, width in zip(self._actors, (WIDTH + HALO, WIDTH, CHOSEN_WIDTH), strict=True):
+        for actor, width in zip(self._actors, (WIDTH + HALO, WIDTH, WIDTH), strict=True):
             actor.GetProperty().SetLineWidth(scale * width)
 
     def show(
@@ -72,8 +76,8 @@ class RingLayer:
         self._draw(0, corners, dark)
         self._draw(1, corners, colors)
         self._dots.show(self._centers, colors)
-        only = [] if chosen is None else [chosen]
-        self._draw(2, [corners[i] for i in only], colors[only])
+        around = [] if chosen is None else [_wider(corners[chosen], self._centers[chosen])]
+        self._draw(2, around, np.full((len(around), 3), self._selected, dtype=np.uint8))
         shown = [
             i
             for i, tunnel in enumerate(tunnels)
@@ -111,6 +115,10 @@ def color_of(tunnel: Handle) -> Color:
     if tunnel.is_oesophagus:
         return OESOPHAGUS
     return TUNNEL if tunnel.is_candidate else OFF
+
+
+def _wider(corners: Floats, center: Floats) -> Floats:
+    return np.asarray(center + AROUND * (corners - center))
 
 
 def _circle(center: Floats, normal: Floats, radius: float) -> Floats:

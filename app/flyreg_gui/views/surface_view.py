@@ -145,6 +145,11 @@ class SurfaceView:
             self.set_pose(Pose.from_front(self._space, aspect))
         self._is_home = True
 
+    @property
+    def is_home(self) -> bool:
+        """Tell whether nobody has moved the camera since it saw the whole brain from the front."""
+        return self._is_home
+
     def pose(self) -> Pose | None:
         """Return where the camera is, relative to the brain."""
         space, camera = self._space, self.canvas.renderer.GetActiveCamera()

@@ -77,13 +77,15 @@ class TrimView:
         self._labels.show(np.zeros((0, 3)), [])
         self.view.canvas.grabber = None
         self.view.canvas.unsetCursor()
-        if self._before is not None:
+        if self._before is None:
+            self.view.go_home()
+        else:
             self.view.set_pose(self._before)
 
     def _begin(self, brain: BrainOnShow) -> None:
         """Look at the brain obliquely from above: all three sheets can be dragged there."""
         if self._raw is None:
-            self._before = self.view.pose()
+            self._before = None if self.view.is_home else self.view.pose()
         self._raw = brain.raw
         self._space = ViewSpace.of(brain.raw, brain.frame)
         self._coordinates = brain.frame.coordinates(brain.raw.vertices)
