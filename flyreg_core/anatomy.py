@@ -50,6 +50,7 @@ class Posture:
     posterior: Floats  # (2,), unit vector perpendicular to it
     center: Floats  # (2,), where the middle of the mean brain lies
     log_likelihood: float  # mean over the inside, less the penalty of a strange form
+    scale: Floats  # (3,), what makes it as wide, high and deep as the mean brain, up to a factor
 
 
 def find_postures(lateral: Floats, midplane: Floats, share: Floats) -> tuple[Posture, ...]:
@@ -88,7 +89,8 @@ def find_postures(lateral: Floats, midplane: Floats, share: Floats) -> tuple[Pos
         )
         turn = _rotation(found.x[0])[1:, 1:] * [1.0, sense]
         middle = center - unit * found.x[1:3] @ turn
-        postures.append(Posture(turn[0], turn[1], middle, -float(found.fun)))
+        scale = np.exp(found.x[3:6])
+        postures.append(Posture(turn[0], turn[1], middle, -float(found.fun), scale))
     return tuple(sorted(postures, key=lambda posture: -posture.log_likelihood))
 
 

@@ -59,7 +59,6 @@ def dissect(
     surface: SurfaceMesh,
     smoothed: Floats,
     parameters: CutParameters,
-    at: Floats | None = None,
 ) -> Dissection:
     """Return the surface divided into two halves and two caps.
 
@@ -69,8 +68,6 @@ def dissect(
         The torus' surface, simplified or not.
     smoothed : (n, 3) float
         Its vertices after smoothing; they decide which half a vertex belongs to.
-    at : (3, 2) float, optional
-        Knots of the cut, see `Dissection`; found if not given.
 
     Raises
     ------
@@ -92,7 +89,7 @@ def dissect(
     right = _beyond_plane(surface.faces, x - torus.planes.right - depth, "right")
     left = _beyond_plane(surface.faces, torus.planes.left - depth - x, "left")
     turn = _turn(torus, surface)
-    knots = find_cut_knots(torus, smoothed, (right < 0, left < 0)) if at is None else at
+    knots = find_cut_knots(torus, smoothed, (right < 0, left < 0))
     knots = knots + np.array([0.0, parameters.shift_um])
     height = height_over_cut(torus, surface, smoothed, turn, knots)
     height = keep_largest_regions(surface.faces, height)

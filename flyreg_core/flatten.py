@@ -24,6 +24,8 @@ from flyreg_core.topology import half_edges, unique_edges
 
 SMALLEST_AREA = 1e-300
 """Stands for the area of a face that rounding has flattened."""
+LEAST_WEIGHT = 0.1
+"""Least weight of a spring by its cotangents; the largest is the inverse."""
 STRONGEST_CHANGE = 6.0
 """No round changes a weight by more than this factor's logarithm."""
 
@@ -65,7 +67,11 @@ class Springs:
 
 
 def flatten(
-    ring: Ring, face_areas: Floats, parameters: FlattenParameters, report: Report
+    ring: Ring,
+    face_areas: Floats,
+    parameters: FlattenParameters,
+    report: Report,
+    vertices: Floats | None = None,
 ) -> tuple[FlatMesh, Springs]:
     """Return the strip coordinates in which each inner vertex is a mean of its neighbours, and how.
 
@@ -74,6 +80,9 @@ def flatten(
     face_areas : (m,) float
         Areas on the surface; where flat faces come out too small, the next round's means are
         weighed so that they grow.
+    vertices : (n, 3) float, optional
+        Places on the surface; with them the first means are weighed by cotangents, so that the
+        pattern of the faces leaves no trace; without, all neighbours count alike.
 
     Notes
     -----
@@ -94,7 +103,8 @@ def flatten(
     is_fixed = np.zeros(ring.n_vertices, dtype=bool)
     is_fixed[ring.outer] = is_fixed[ring.hole] = True
     shifts = _corner_shifts(ring.faces, edges, jumps)
-    springs = Springs(edges, jumps, np.ones(len(edges)))
+    weights = np.ones(len(edges)) if vertices is None else cotangents(ring.faces, edges, vertices)
+    springs = Springs(edges, jumps, weights)
     if parameters.passes is not None:
         solved, _ = _least_twisted(springs, *solve_means(springs, is_fixed, u, v))
         u[is_fixed] = solved[is_fixed]
@@ -109,6 +119,30 @@ def flatten(
         crowding = _crowding(flat, edges, face_areas)
         springs = Springs(edges, jumps, springs.weights * crowding)
     raise MeshError(f"the number of rounds must be at least 0, not {parameters.rounds}")
+
+
+def cotangents(faces: Integers, edges: Integers, vertices: Floats) -> Floats:
+    """Return for each edge the mean cotangent of the angles opposite to it, at least a little.
+
+    Where the sum is not positive, nothing is guaranteed to be one-to-one, so it is kept above
+    `LEAST_WEIGHT`.
+
+    References
+    ----------
+    Pinkall and Polthier, Computing discrete minimal surfaces and their conjugates, Experimental
+    Mathematics 2(1), 1993, doi:10.1080/10586458.1993.10504266.
+    """
+    n = int(faces.max()) + 1
+    total = np.zeros(len(edges))
+    for corner in range(3):
+        apex, one, other = (vertices[faces[:, (corner + k) % 3]] for k in range(3))
+        first, second = one - apex, other - apex
+        area = np.linalg.norm(np.cross(first, second), axis=1)
+        cotangent = np.einsum("ij,ij->i", first, second) / np.maximum(area, SMALLEST_AREA)
+        low, high = np.sort(faces[:, [(corner + 1) % 3, (corner + 2) % 3]], axis=1).T
+        place = np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
+        total += np.bincount(place, cotangent, len(edges))
+    return np.clip(total / 2, LEAST_WEIGHT, 1 / LEAST_WEIGHT)
 
 
 def solve_means(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -13,15 +13,19 @@ from numpy.typing import NDArray
 from flyreg_core.boundary import Curve, CurveKey, curve_key
 from flyreg_core.cut import Dissection
 from flyreg_core.flatten import FlattenParameters, Ring, Springs, flatten
+from flyreg_core.frame import DORSO_VENTRAL, LEFT_RIGHT, BrainFrame
 from flyreg_core.landmarks import CurveName, HalfName
 from flyreg_core.mesh import FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.progress import Report
 from flyreg_core.rectangle import (
+    STARTS,
     RadialLaw,
+    from_plane,
     perimeter_share,
     radial_law,
     to_plane,
     u_of_perimeter,
+    wrapped,
 )
 from flyreg_core.topology import compacted
 
@@ -59,6 +63,43 @@ class FlatHalf:
         return to_plane(self.flat.uv[:, 0], self.beta)
 
 
+def with_hole_as_seen(
+    halves: Mapping[HalfName, FlatHalf],
+    curves: Mapping[CurveKey, Curve],
+    surface: SurfaceMesh,
+    frame: BrainFrame,
+) -> tuple[dict[HalfName, FlatHalf], Mapping[CurveKey, Curve]]:
+    """Return halves and curves with the hole turned so that directions are as seen from the front.
+
+    How the hole lies in the rectangle so follows from all that surrounds it and not from its rim
+    alone, which is short and differs from brain to brain. The turn is the least squares fit of
+    u + turn (1 - v), which solves the same equations, to the direction in which each vertex is seen
+    from the middle of the hole.
+    """
+    hole = curves["hole", None]
+    middle = frame.coordinates(hole.points[:-1]).mean(axis=0)
+    sense = {half: 1.0 if half == "anterior" else -1.0 for half in halves}
+    turns = []
+    for name, half in halves.items():
+        arm = frame.coordinates(surface.vertices[half.vertex_of]) - middle
+        seen, _ = from_plane(arm[:, [LEFT_RIGHT, DORSO_VENTRAL]] * [1.0, -1.0])
+        u, nearness = half.flat.uv[:, 0], 1 - half.flat.uv[:, 1]
+        away = wrapped(u_of_perimeter(name, seen) - u)
+        turns.append(sense[name] * float(nearness @ away / (nearness @ nearness)))
+    turn = float(np.mean(turns))
+    share = hole.share + turn / STARTS["hole"][1]
+    turned = {}
+    for name, half in halves.items():
+        uv = half.flat.uv.copy()
+        uv[:, 0] += sense[name] * turn * (1 - uv[:, 1])
+        turned[name] = replace(
+            half,
+            flat=replace(half.flat, uv=uv),
+            hole_share=perimeter_share("hole", share[:-1]),
+        )
+    return turned, {**curves, ("hole", None): replace(hole, share=share)}
+
+
 def lay_flat(
     dissection: Dissection,
     curves: Mapping[CurveKey, Curve],
@@ -86,7 +127,7 @@ def lay_flat(
         u_of_perimeter(half, hole_share)[turn],
     )
     surface = SurfaceMesh(dissection.surface.vertices[vertex_of], faces)
-    flat, springs = flatten(ring, surface.face_areas, parameters, report)
+    flat, springs = flatten(ring, surface.face_areas, parameters, report, surface.vertices)
     law = radial_law(flat.uv[:, 1], _vertex_areas(surface))
     return FlatHalf(half, vertex_of, flat, springs, law, outer, outer_share, hole, hole_share)
 

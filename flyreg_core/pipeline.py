@@ -24,7 +24,8 @@ from flyreg_core.cut import Dissection, dissect
 from flyreg_core.cut_height import CutParameters
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.frame import BrainFrame
-from flyreg_core.halves import FlatHalf, lay_flat
+from flyreg_core.halves import FlatHalf, lay_flat, with_hole_as_seen
+from flyreg_core.handles import HandleParameters
 from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair, LandmarkParameters
 from flyreg_core.lift import Registration, build_locators, register
 from flyreg_core.matching import Match, match_to_target
@@ -34,10 +35,11 @@ from flyreg_core.progress import Report, ignore, within
 from flyreg_core.project import Brain, Project
 from flyreg_core.simplify import Simplified, simplify
 from flyreg_core.smooth import SmoothParameters, smooth
-from flyreg_core.solid import voxelize
+from flyreg_core.solid import VoxelSolid, close_solid, voxelize
 from flyreg_core.surface_distance import Distances, measure_distances
 from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline, kernel
-from flyreg_core.torus import Torus, make_torus
+from flyreg_core.torus import CLOSING, Torus, make_torus
+from flyreg_core.trim import TrimParameters, find_trim_planes
 
 T = TypeVar("T")
 
@@ -117,7 +119,7 @@ class Pipeline:
         self._align = Memo("alignment", align, capacity=2)
         self._match = Memo("matching", _match, capacity=2)
         self._solid = Memo("solid", voxelize, capacity=4)
-        self._torus = Memo("torus", make_torus, capacity=6)
+        self._torus = Memo("torus", _torus, capacity=6)
         self._simplify = Memo("simplify", simplify, capacity=6)
         self._smooth = Memo("smooth", _smooth, capacity=6)
         self._cut = Memo("cut", _cut, capacity=6)
@@ -136,14 +138,13 @@ class Pipeline:
     ) -> PreparedBrain:
         """Return one brain read, solid, trimmed to a torus, cut, and laid flat.
 
-        With a `match`, it lies and is trimmed and cut as the target is, where the user said nothing.
+        With a `match`, it lies and is trimmed as the target is, where the user said nothing.
         """
         raw, torus = self.make_torus(brain, within(report, 0.0, 0.5), match)
         simplified = self._simplify(torus.surface, brain.simplify, report=within(report, 0.5, 0.55))
         smoothed = self._smooth(simplified.surface, brain.smooth, report=within(report, 0.55, 0.7))
         dissection = self._cut(
-            *(torus, simplified.surface, smoothed, brain.cut, match),
-            report=within(report, 0.7, 0.8),
+            torus, simplified.surface, smoothed, brain.cut, report=within(report, 0.7, 0.8)
         )
         flat = self._flatten(dissection, torus.frame, brain.flatten, report=within(report, 0.8, 1))
         return self._prepared(brain, raw, torus, simplified, flat, report=report)
@@ -153,11 +154,11 @@ class Pipeline:
     ) -> tuple[SurfaceMesh, Torus]:
         """Return one brain as read and as a torus, and nothing further."""
         raw, frame = self.raw(brain, within(report, 0.0, 0.3))
-        trimming = brain.trim
-        if match is not None:
-            frame, trimming = match.frame, brain.trim.completed_by(match.trim)
+        frame = frame if match is None else match.frame
         solid = self._solid(raw, frame, brain.solid, report=within(report, 0.3, 0.6))
-        torus = self._torus(raw, solid, trimming, brain.handles, report=within(report, 0.6, 1.0))
+        torus = self._torus(
+            *(raw, solid, brain.trim, brain.handles, match), report=within(report, 0.6, 1.0)
+        )
         return raw, torus
 
     def raw(self, brain: Brain, report: Report = ignore) -> tuple[SurfaceMesh, BrainFrame]:
@@ -175,7 +176,7 @@ class Pipeline:
             *(raw, target.raw, frame, target.frame, project.source.pose.axes is not None),
             report=within(report, 0.5, 0.55),
         )
-        match = self._match(raw, target.torus, target.flat.dissection, alignment, report=report)
+        match = self._match(raw, frame, target.torus, alignment, report=report)
         return self.prepare(project.source, within(report, 0.55, 1.0), match), target, alignment
 
     def run(self, project: Project, report: Report = ignore, measure: bool = True) -> Results:
@@ -233,12 +234,10 @@ def _cut(
     surface: SurfaceMesh,
     smoothed: _Smoothed,
     parameters: CutParameters,
-    match: Match | None,
     report: Report,
 ) -> Dissection:
     report(0.0, "cutting the brain into halves")
-    at = match.cut_knots if match else None
-    return dissect(torus, surface, smoothed.vertices, parameters, at)
+    return dissect(torus, surface, smoothed.vertices, parameters)
 
 
 def _frame(raw: SurfaceMesh, parameters: PoseParameters, report: Report) -> BrainFrame:
@@ -246,14 +245,29 @@ def _frame(raw: SurfaceMesh, parameters: PoseParameters, report: Report) -> Brai
     return parameters.applied_to(find_frame(raw))
 
 
+def _torus(
+    raw: SurfaceMesh,
+    solid: VoxelSolid,
+    trimming: TrimParameters,
+    handles: HandleParameters,
+    match: Match | None,
+    report: Report,
+) -> Torus:
+    if match is None:
+        return make_torus(raw, solid, trimming, handles, report)
+    found = find_trim_planes(close_solid(solid, CLOSING[0]), trimming)
+    trimming = trimming.completed_by(match.trim(found))
+    return make_torus(raw, solid, trimming, handles, report, match.grid_runs_right)
+
+
 def _match(
     source: SurfaceMesh,
+    own: BrainFrame,
     target: Torus,
-    dissection: Dissection,
     alignment: Alignment,
     report: Report,
 ) -> Match:
-    return match_to_target(source, target, dissection, alignment)
+    return match_to_target(source, own, target, alignment)
 
 
 def _flatten(
@@ -266,6 +280,8 @@ def _flatten(
         )
         for number, half in enumerate(HALVES)
     }
+    if parameters.passes is None:
+        halves, curves = with_hole_as_seen(halves, curves, dissection.surface, frame)
     return FlatBrain(dissection, frame, curves, halves)
 
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from flyreg_core.anatomy import find_postures
+from flyreg_core.anatomy import find_middle, find_postures
 from flyreg_core.errors import InputError
 from flyreg_core.frame import LEFT_RIGHT, BrainFrame
-from flyreg_core.mesh import SurfaceMesh
+from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.occupancy import find_occupancy, find_own_axes
 from flyreg_core.symmetry import find_symmetry_plane
 
@@ -18,6 +18,12 @@ AXIS_LETTERS = {"L": 0, "R": 0, "V": 1, "D": 1, "P": 2, "A": 2}
 """The row of a frame along which each letter of a stated pose lies."""
 SURE = 0.075
 """How much larger the best mean log likelihood must be than that of another posture."""
+LEAST_LEAD = 0.002
+"""A shape with a smaller lead is the same turned round, which no brain is."""
+MOST_STRETCHED = 1.57
+"""By what factor proportions may differ from the mean fly's; flat and swept brains come to 1.46."""
+MOST_FOREIGN = 1.3
+"""Relative entropy that is believed, nats; brains without their optic lobes have up to 1.2."""
 
 
 @dataclass(frozen=True)
@@ -52,23 +58,62 @@ class PoseParameters:
         return BrainFrame(frame.origin, turn @ frame.axes)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pose:
     """The frame of a brain by its shape, and how far to trust it."""
 
     frame: BrainFrame  # never mirrored: which side is left follows from the front and the top
     likeness: float  # correlation of the surface with its mirror image, up to 1
     lead: float  # by how much it is likelier than another front or top, in mean log likelihood
+    scale: Floats  # (3,), what makes it as wide, high and deep as the mean fly, up to a factor
+    foreignness: float  # relative entropy of the inside to the mean fly's, nats
 
     @property
     def is_sure(self) -> bool:
         """Tell whether front and top are beyond doubt."""
         return self.lead > SURE
 
+    def check_is_brain(self) -> None:
+        """Tell whether the shape can be a whole fly brain, with optic lobes or without.
 
-def find_frame(mesh: SurfaceMesh) -> BrainFrame:
-    """Return the frame of a brain, see `find_pose`."""
-    return find_pose(mesh).frame
+        Raises
+        ------
+        InputError
+            It has no front and no top, or the proportions or the form of no fly brain.
+        """
+        width, height, depth = self.scale
+        for name, stretch in (("wide", height / width), ("deep", height / depth)):
+            if not 1 / MOST_STRETCHED <= stretch <= MOST_STRETCHED:
+                raise InputError(
+                    f"the shape is {stretch:.1f} times as {name}, for its height, as a fly's brain, so "
+                    "it does not look like one; check that the file holds a whole brain, or state "
+                    "how it lies"
+                )
+        if self.lead < LEAST_LEAD:
+            raise InputError(
+                "the shape is the same turned round, without a front and a top, so it does not look "
+                "like a brain; check that the file holds one, or state how it lies"
+            )
+        if self.foreignness > MOST_FOREIGN:
+            raise InputError(
+                "the inside of the shape lies where hardly any of a fly's brain does, so it does not "
+                "look like one; check that the file holds a whole brain, closed, or state how it lies"
+            )
+
+
+def find_frame(mesh: SurfaceMesh, stated: PoseParameters | None = None) -> BrainFrame:
+    """Return the frame of a brain, see `find_pose`; what was stated about it is believed.
+
+    Raises
+    ------
+    InputError
+        Nothing was stated and it does not look like a brain, or see `find_pose`.
+    """
+    pose = find_pose(mesh)
+    if stated is None or stated.axes is None:
+        pose.check_is_brain()
+        return pose.frame
+    return stated.applied_to(pose.frame)
 
 
 def find_pose(mesh: SurfaceMesh) -> Pose:
@@ -108,7 +153,11 @@ def find_pose(mesh: SurfaceMesh) -> Pose:
         ),
         default=np.inf,
     )
-    return Pose(BrainFrame(own.points(origin), axes), plane.likeness, float(lead))
+    _, unit = find_middle(lateral, points @ across.T, share)
+    volume = share.sum() * (2 * occupancy.pitch / unit) ** 3 / 2  # of one side
+    foreignness = -best.log_likelihood - float(np.log(volume))
+    frame = BrainFrame(own.points(origin), axes)
+    return Pose(frame, plane.likeness, float(lead), best.scale, foreignness)
 
 
 def leans_right(mesh: SurfaceMesh, frame: BrainFrame) -> bool:

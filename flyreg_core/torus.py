@@ -72,6 +72,7 @@ class Torus:
     origin_of_vertex: Integers  # (n,), index into ORIGINS
     fillings: tuple[Filling, ...]  # the largest first
     drilled_um3: float
+    grid_runs_right: bool = False  # whether its voxels were counted from left to right
 
     @property
     def oesophagus(self) -> Handle:
@@ -107,6 +108,7 @@ def make_torus(
     trimming: TrimParameters,
     handles: HandleParameters,
     report: Report,
+    grid_runs_right: bool | None = None,
 ) -> Torus:
     """Return the main brain of a solid: trimmed, carved to one handle, drawn as a closed surface.
 
@@ -115,6 +117,8 @@ def make_torus(
     original : SurfaceMesh
         What the solid was made from; the new vertices lie on it, but where something was filled,
         drilled or trimmed.
+    grid_runs_right : bool, optional
+        Whether to count the voxels from left to right; found if not given.
 
     Raises
     ------
@@ -126,9 +130,11 @@ def make_torus(
     The Kuhn grid is not its own mirror image. So that a brain and its mirror image become mirror
     images, the grid is counted towards the side that reaches farther, whichever that is.
     """
-    if leans_right(original, solid.frame):
+    is_turned = leans_right(original, solid.frame) if grid_runs_right is None else grid_runs_right
+    if is_turned:
         trimming = trimming.mirrored()
-        return _make_torus(original, solid.mirrored(), trimming, handles, report).mirrored()
+        torus = _make_torus(original, solid.mirrored(), trimming, handles, report).mirrored()
+        return replace(torus, grid_runs_right=True)
     return _make_torus(original, solid, trimming, handles, report)
 
 
