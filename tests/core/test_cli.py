@@ -237,7 +237,7 @@ def bad_brain(kind: str, folder: Path) -> str:
         ("text", "text.ply"),
         ("tiny", "unit"),
         ("two", "two brains"),
-        ("ball", "no tunnel"),
+        ("ball", "without a front and a top"),
         ("round", "no direction that is clearly its left and right"),
     ],
 )
