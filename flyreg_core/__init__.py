@@ -6,12 +6,14 @@ The stages in the order they run; `pipeline.Pipeline.run` calls them and remembe
 stage                    module                  what goes in -> what comes out
 =======================  ======================  ==================================================
 read                     brain_files             file or template -> surface in micrometres
+pose                     pose, alignment         surface -> the animal's axes; source against target
 solid                    solid                   any triangles -> voxels inside or outside
-trim                     trim                    solid -> solid without the optic lobes
-torus                    carve, isosurface       solid -> closed surface with exactly one handle
+trim                     trim, matching          solid -> solid without the optic lobes
+tunnels                  carve, handles          solid -> solid with exactly one handle
+torus                    torus, isosurface       solid -> closed surface, back on the original
 simplify (optional)      simplify                closed surface -> the same with fewer vertices
 smooth                   smooth                  surface -> smoothed vertices, which decide the cut
-two halves               cut                     surface -> two rings and two caps, sharing edges
+two halves               cut, relabel            surface -> two rings and two caps, sharing edges
 five named curves        boundary                rings -> upper, lower, left, right, hole
 flat                     flatten, halves         ring -> strip, shown as a rectangle with a hole
 landmark pairs           correspondence          curves and the user's pairs -> places in the plane

@@ -68,8 +68,8 @@ def align(
     target: SurfaceMesh,
     source_frame: BrainFrame,
     target_frame: BrainFrame,
-    are_frames_stated: bool = False,
     report: Report = ignore,
+    are_frames_stated: bool = False,
 ) -> Alignment:
     """Return the affine map that lays one brain on another, whichever way each was turned.
 

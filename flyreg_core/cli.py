@@ -73,7 +73,7 @@ def _prepare(arguments: argparse.Namespace) -> None:
         facts = prepare_report(raw, torus, simplified, within(progress, 0.9, 1.0))
     make_folder(arguments.output.resolve().parent)
     write_mesh(arguments.output, simplified.surface, brain.input.unit)
-    for warning in simplified.warnings:
+    for warning in (*torus.warnings, *simplified.warnings):
         _say(f"flyreg: {warning}")
     _print({**facts, **_cost(started)}, arguments.json)
 

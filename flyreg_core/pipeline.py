@@ -116,7 +116,7 @@ class Pipeline:
     def __init__(self) -> None:
         self._read = Memo("read", read_brain, capacity=4)
         self._frame = Memo("pose", _frame, capacity=4)
-        self._align = Memo("alignment", align, capacity=2)
+        self._align = Memo("alignment", _align, capacity=2)
         self._match = Memo("matching", _match, capacity=2)
         self._solid = Memo("solid", voxelize, capacity=4)
         self._torus = Memo("torus", _torus, capacity=6)
@@ -242,7 +242,7 @@ def _cut(
 
 def _frame(raw: SurfaceMesh, parameters: PoseParameters, report: Report) -> BrainFrame:
     report(0.0, "finding how the brain lies")
-    return parameters.applied_to(find_frame(raw))
+    return find_frame(raw, parameters)
 
 
 def _torus(
@@ -258,6 +258,17 @@ def _torus(
     found = find_trim_planes(close_solid(solid, CLOSING[0]), trimming)
     trimming = trimming.completed_by(match.trim(found))
     return make_torus(raw, solid, trimming, handles, report, match.grid_runs_right)
+
+
+def _align(
+    source: SurfaceMesh,
+    target: SurfaceMesh,
+    own: BrainFrame,
+    target_frame: BrainFrame,
+    is_stated: bool,
+    report: Report,
+) -> Alignment:
+    return align(source, target, own, target_frame, report, is_stated)
 
 
 def _match(

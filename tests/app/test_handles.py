@@ -53,7 +53,9 @@ def block(project, tmp_path_factory):
     lobe = 1 - (x / 150) ** 2 - ((y + 5) / 110) ** 2 - (z / 60) ** 2
     sides = 1 - ((np.abs(x) - 215) / 62) ** 2 - (y / 90) ** 2 - (z / 45) ** 2
     neck = 1 - (np.abs(x) / 250) ** 8 - (y / 30) ** 2 - (z / 25) ** 2
-    drawn = extract_surface(np.maximum(np.maximum(lobe, sides), neck), low, pitch)
+    bumps = 1 - ((np.abs(x) - 45) / 40) ** 2 - ((y - 30) / 40) ** 2 - ((z + 45) / 40) ** 2
+    chin = 1 - (x / 60) ** 2 - ((y - 95) / 50) ** 2 - (z / 40) ** 2
+    drawn = extract_surface(np.max([lobe, sides, neck, bumps, chin], axis=0), low, pitch)
     path = tmp_path_factory.mktemp("block") / "block.ply"
     write_mesh(path, SurfaceMesh(drawn.vertices, drawn.faces), "um")
     return replace(project, source=replace(project.source, input=open_brain(str(path), "um")))

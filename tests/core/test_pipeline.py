@@ -257,7 +257,9 @@ def test_a_changed_file_is_noticed(tmp_path: Path, demo_project: Project) -> Non
 def test_a_guessed_oesophagus_is_told_with_its_brain(results: Results, is_guess: bool) -> None:
     torus = replace(results.source.torus, is_guess=is_guess)
     source = replace(results.source, torus=torus)
-    warnings = find_warnings(source, results.target, (), results.landmarks, results.registration)
+    warnings = find_warnings(
+        *(source, results.target, results.alignment, ()), results.landmarks, results.registration
+    )
     name = results.source.brain.input.name
     told = [text for text in warnings if text.startswith(f"{name}: the oesophagus is a guess")]
     assert len(told) == is_guess
