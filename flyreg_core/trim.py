@@ -67,8 +67,9 @@ def find_trim_planes(solid: VoxelSolid, parameters: TrimParameters) -> TrimPlane
     steps = np.arange(nearest, farthest + 1)
     towards_right = np.round(middle - steps).astype(int)
     towards_left = np.round(middle + steps).astype(int)
-    right = float(x[towards_right[np.argmin(height[towards_right])]])
-    left = float(x[towards_left[np.argmin(height[towards_left])]])
+    between = solid.pitch / 2  # no voxel lies on a plane, so that rounding decides nothing
+    right = float(x[towards_right[np.argmin(height[towards_right])]]) + between
+    left = float(x[towards_left[np.argmin(height[towards_left])]]) - between
     return TrimPlanes(
         right=right if parameters.right is None else parameters.right,
         left=left if parameters.left is None else parameters.left,
