@@ -91,7 +91,7 @@ def dissect(
     turn = _turn(torus, surface)
     knots = find_cut_knots(torus, smoothed, (right < 0, left < 0))
     knots = knots + np.array([0.0, parameters.shift_um])
-    height = height_over_cut(torus, surface, smoothed, turn, knots)
+    height = height_over_cut(torus, smoothed, knots)
     height = keep_largest_regions(surface.faces, height)
     links = find_links(surface.faces, len(surface.vertices))
     is_behind = move_border(links, _rings(surface, turn, height >= 0), height)

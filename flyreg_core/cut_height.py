@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
-from scipy.spatial import cKDTree
 
 from flyreg_core.frame import ANTERO_POSTERIOR, LEFT_RIGHT
-from flyreg_core.mesh import Booleans, Floats, SurfaceMesh
+from flyreg_core.mesh import Booleans, Floats
 from flyreg_core.torus import Torus
 
 SECTION = 2.0
@@ -18,12 +17,6 @@ SECTION_BLUR = 2.0
 """Blur over neighbouring sections, sections, so that the cut has no steps."""
 SECTION_MARGIN = 0.3
 """Share of a section's depth that the cut leaves before and behind it."""
-RING_REACH = 1.8
-"""How far from the membrane across the oesophagus its ring of vertices reaches, voxels."""
-RING_INFLUENCE = 1.0
-"""How far around the ring the oesophagus itself tells its front from its back, in its widths."""
-WIDTHS_PER_TURN = 4.0
-"""What one turn around the oesophagus counts as height over the cut, in its widths."""
 
 
 @dataclass(frozen=True)
@@ -58,19 +51,11 @@ def find_cut_knots(torus: Torus, smoothed: Floats, openings: tuple[Booleans, Boo
     return np.stack([right, middle, left])
 
 
-def height_over_cut(
-    torus: Torus, surface: SurfaceMesh, smoothed: Floats, turn: Floats, knots: Floats
-) -> Floats:
-    """Return (n,) how far behind the cut each vertex of a surface should lie, micrometres.
+def height_over_cut(torus: Torus, smoothed: Floats, knots: Floats) -> Floats:
+    """Return (n,) how far behind the cut each smoothed vertex lies, micrometres.
 
     The cut runs straight between its knots (3.1 B of the paper halves the bounding box, which
-    misses a trim opening in some brains), but in the middle part of each section. In and around
-    the oesophagus, what counts is the way through it: behind the membrane or before it.
-
-    Parameters
-    ----------
-    turn : (n,) float
-        See `torus.turns_around_the_oesophagus`.
+    misses a trim opening in some brains), but in the middle part of each section.
     """
     places = torus.frame.coordinates(smoothed)
     straight = np.interp(places[:, LEFT_RIGHT], *knots.T)
@@ -93,9 +78,3 @@ def _inside_sections(places: Floats, cut: Floats, pitch: float) -> Floats:
         for end in (low + margin, high - margin)
     )
     return np.asarray(np.clip(cut, front, back))
-
-
-def _ring_of_oesophagus(torus: Torus, surface: SurfaceMesh) -> Booleans:
-    """Return the vertices around the narrowest place of the oesophagus."""
-    away = np.asarray(cKDTree(torus.membrane).query(surface.vertices)[0])
-    return np.asarray(away <= max(float(away.min()), RING_REACH * torus.pitch))
