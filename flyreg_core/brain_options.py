@@ -37,22 +37,18 @@ def add_brain_options(command: argparse.ArgumentParser, role: str = "") -> None:
         metavar="X,Y,Z",
         help="a place in the oesophagus, in the file's unit (--hole=-1,2,3 if it begins with a minus)",
     )
-    group.add_argument(
-        f"{start}close",
-        type=_point,
-        action="append",
-        default=[],
-        metavar="X,Y,Z",
-        help="a place in a tunnel that is not the oesophagus; may be repeated",
-    )
-    group.add_argument(
-        f"{start}drill",
-        type=_points,
-        action="append",
-        default=[],
-        metavar="X,Y,Z:X,Y,Z",
-        help="drill a channel from one place to another; may be repeated",
-    )
+    for name, kind, metavar, text in (
+        ("close", _point, "X,Y,Z", "a place in a tunnel that is not the oesophagus"),
+        ("drill", _points, "X,Y,Z:X,Y,Z", "drill a channel from one place to another"),
+    ):
+        group.add_argument(
+            f"{start}{name}",
+            type=kind,
+            action="append",
+            default=[],
+            metavar=metavar,
+            help=f"{text}; may be repeated",
+        )
     for side in ("right", "left"):
         group.add_argument(
             f"{start}trim-{side}",

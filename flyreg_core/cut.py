@@ -13,8 +13,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from flyreg_core.cut_height import CutParameters as CutParameters
-from flyreg_core.cut_height import find_cut_knots, height_over_cut
+from flyreg_core.cut_height import CutParameters, find_cut_knots, height_over_cut
 from flyreg_core.errors import TopologyError
 from flyreg_core.frame import LEFT_RIGHT
 from flyreg_core.mesh import Booleans, Floats, Integers, SurfaceMesh
@@ -55,10 +54,7 @@ class Dissection:
 
 
 def dissect(
-    torus: Torus,
-    surface: SurfaceMesh,
-    smoothed: Floats,
-    parameters: CutParameters,
+    torus: Torus, surface: SurfaceMesh, smoothed: Floats, parameters: CutParameters
 ) -> Dissection:
     """Return the surface divided into two halves and two caps.
 
@@ -88,7 +84,7 @@ def dissect(
     x = torus.frame.coordinates(surface.vertices)[:, LEFT_RIGHT]
     right = _beyond_plane(surface.faces, x - torus.planes.right - depth, "right")
     left = _beyond_plane(surface.faces, torus.planes.left - depth - x, "left")
-    turn = _turn(torus, surface)
+    turn = torus.turn[torus.nearest_vertices(surface.vertices)]
     knots = find_cut_knots(torus, smoothed, (right < 0, left < 0))
     knots = knots + np.array([0.0, parameters.shift_um])
     height = height_over_cut(torus, smoothed, knots)
@@ -115,12 +111,6 @@ def _beyond_plane(faces: Integers, inside: Floats, name: str) -> Floats:
     if not (field < 0).any():
         raise TopologyError(f"the {name} trim plane does not touch the brain; move it inwards")
     return field
-
-
-def _turn(torus: Torus, surface: SurfaceMesh) -> Floats:
-    if surface is torus.surface:
-        return torus.turn
-    return np.asarray(torus.turn[cKDTree(torus.surface.vertices).query(surface.vertices)[1]])
 
 
 def _shortened(faces: Integers, links: Links, is_behind: Booleans) -> Booleans:
@@ -164,7 +154,7 @@ def _grow_caps(
     Each grows from where the cut is deepest in its trim opening.
     """
     vertices, faces = surface.vertices, surface.faces
-    if not (right < 0).any() or not (is_behind.any() and (~is_behind).any()):
+    if is_behind.all() or not is_behind.any():
         raise TopologyError("the cut leaves nothing on one side of it; move the cut height back")
     seam = _on_outer_seam(faces, links, is_behind, np.minimum(right, left))
     cap = np.zeros(len(is_behind), dtype=np.int64)

@@ -9,7 +9,6 @@ from importlib import metadata
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from flyreg_core import topology
 from flyreg_core.alignment import Alignment
@@ -88,9 +87,7 @@ def prepare_report(raw: SurfaceMesh, torus: Torus, simplified: Simplified, repor
     """Return what a prepared main brain is, and how far it leaves the original surface."""
     surface = simplified.surface
     away = distances_to_surface(surface.vertices, raw, report)
-    origin = torus.origin_of_vertex
-    if surface is not torus.surface:
-        origin = origin[cKDTree(torus.surface.vertices).query(surface.vertices)[1]]
+    origin = torus.origin_of_vertex[torus.nearest_vertices(surface.vertices)]
     kept = away[origin == ORIGINS.index("original")]
     handle = torus.oesophagus
     return {

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import igl
 import numpy as np
 from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from flyreg_core.errors import TopologyError
 from flyreg_core.flatten import Springs, solve_means
@@ -79,6 +80,12 @@ class Torus:
         """The handle that was kept open."""
         return next(handle for handle in self.handles if handle.is_oesophagus)
 
+    def nearest_vertices(self, vertices: Floats) -> Integers:
+        """Return for each of (k, 3) vertices the number of the nearest of the torus' own."""
+        if vertices is self.surface.vertices:
+            return np.arange(len(vertices))
+        return np.asarray(cKDTree(self.surface.vertices).query(vertices)[1], dtype=np.int64)
+
     def mirrored(self) -> Torus:
         """Return the same in a frame with left and right exchanged."""
         surface = SurfaceMesh(self.surface.vertices, self.surface.faces[:, ::-1])
@@ -145,8 +152,9 @@ def _make_torus(
     handles: HandleParameters,
     report: Report,
 ) -> Torus:
-    planes = find_trim_planes(close_solid(solid, CLOSING[0]), trimming)
-    carving, closed, handles = _carve_open(solid, planes, handles, within(report, 0.0, 0.5))
+    whole = close_solid(solid, CLOSING[0])
+    planes = find_trim_planes(whole, trimming)
+    carving, closed, handles = _carve_open(solid, whole, planes, handles, within(report, 0.0, 0.5))
     drilled = drill(solid, handles)
     is_membrane = carving.solid.inside & ~closed.inside
     field = _depth(original, carving.solid, is_membrane, planes, within(report, 0.5, 0.8))
@@ -183,19 +191,24 @@ def _fillings(filled: VoxelSolid) -> tuple[Filling, ...]:
 
 
 def _carve_open(
-    solid: VoxelSolid, planes: TrimPlanes, handles: HandleParameters, report: Report
+    solid: VoxelSolid,
+    whole: VoxelSolid,
+    planes: TrimPlanes,
+    handles: HandleParameters,
+    report: Report,
 ) -> tuple[Carving, VoxelSolid, HandleParameters]:
-    """Close cracks as far as leaves the oesophagus open, and carve.
+    """Close cracks as far as leaves the oesophagus open, and carve; `whole` is closed the most.
 
     Raw surfaces have sheets inside the brain whose hollows reach the outside through cracks; such
     pockets are not anatomy and would flatten to nothing. Where that leaves no oesophagus and the
     user said nothing, a channel is drilled if there is a thin place for it, and told to be a guess.
     """
     for radius in CLOSING:
-        closed = trim(drill(close_solid(solid, radius), handles), planes)
+        crackless = whole if radius == CLOSING[0] else close_solid(solid, radius)
+        closed = trim(drill(crackless, handles), planes)
         with contextlib.suppress(TopologyError):
             return open_oesophagus(closed, handles, report), closed, handles
-    whole = trim(close_solid(solid, CLOSING[0]), planes)
+    whole = trim(whole, planes)
     channel = None if handles.is_decided else find_thinnest_channel(whole)
     if channel is not None:
         guess = replace(handles, drills=(channel,))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from flyreg_core.mesh import Integers
 from flyreg_core.pipeline import PreparedBrain
@@ -36,7 +35,7 @@ def origins_of(brain: PreparedBrain) -> Integers:
     """
     known, vertices = brain.torus.surface.vertices, brain.surface.vertices
     count = len(known) if brain.simplified.surface is brain.torus.surface else 0
-    nearest = cKDTree(known).query(vertices[count:])[1]
+    nearest = brain.torus.nearest_vertices(vertices[count:])
     origins = brain.torus.origin_of_vertex
     return np.asarray(np.concatenate([origins[:count], origins[nearest]]))
 
