@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QCloseEvent, QKeyEvent, QKeySequence, QPixmap
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -203,10 +203,8 @@ class MainWindow(QMainWindow):
         self.start.recent_asked.connect(self._on_recent)
 
     def _spare_buttons(self) -> None:
-        """Leave Space to a button that the keyboard went to; a click does not take the keyboard."""
-        self._spare = SpareSpace(self)
+        """Keep a click on a button from taking the keyboard, so that Space stays the window's."""
         for button in self.findChildren(QAbstractButton):
-            button.installEventFilter(self._spare)
             if button.focusPolicy() & Qt.FocusPolicy.ClickFocus:
                 button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
 
@@ -358,6 +356,18 @@ class MainWindow(QMainWindow):
             self.banner.show_theme(theme)
             self.steps.show_theme(theme)
 
+    def event(self, event: QEvent) -> bool:
+        """Leave Space to a button that the keyboard went to, before the shortcut gets it."""
+        if (
+            event.type() == QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and event.key() == Qt.Key.Key_Space
+            and isinstance(self.focusWidget(), QAbstractButton)
+        ):
+            event.accept()
+            return True
+        return super().event(event)
+
     def changeEvent(self, event: QEvent) -> None:
         """Follow the system from light to dark and back."""
         super().changeEvent(event)
@@ -373,15 +383,3 @@ class MainWindow(QMainWindow):
         self.runner.close()
         self.view_area.close_canvases()
         event.accept()
-
-
-class SpareSpace(QObject):
-    """Keeps the window's Space shortcut from buttons that have the keyboard."""
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Claim Space for the button before the shortcut gets it."""
-        is_claim = event.type() == QEvent.Type.ShortcutOverride
-        if is_claim and isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Space:
-            event.accept()
-            return True
-        return super().eventFilter(watched, event)
