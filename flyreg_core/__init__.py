@@ -8,6 +8,7 @@ stage                    module                  what goes in -> what comes out
 read                     brain_files             file or template -> surface in micrometres
 pose                     pose, alignment         surface -> the animal's axes; source against target
 solid                    solid                   any triangles -> voxels inside or outside
+shape                    shape_map               two surfaces -> smooth map of space
 trim                     trim, matching          solid -> solid without the optic lobes
 tunnels                  carve, handles          solid -> solid with exactly one handle
 torus                    torus, isosurface       solid -> closed surface, back on the original
@@ -16,11 +17,15 @@ smooth                   smooth                  surface -> smoothed vertices, w
 two halves               cut, relabel            surface -> two rings and two caps, sharing edges
 five named curves        boundary                rings -> upper, lower, left, right, hole
 flat                     flatten, halves         ring -> strip, shown as a rectangle with a hole
-landmark pairs           correspondence          curves and the user's pairs -> places in the plane
+laid over                lay_over                flat source -> flat source that lies as the target
+landmark pairs           correspondence,         curves, shape and the user's pairs -> places in
+                         suggestions             the plane
 weighted spline          thin_plate_spline       places, weights, lambda -> map of the plane
 boundary, folds          boundary_map, unfold    map -> one-to-one map from strip to strip
 lift, sew                lift, caps              strip -> registered surface, closed
 distances                surface_distance        two surfaces -> mean, RMS, Hausdorff, both ways
+judgement                judgement,              landmarks -> leave-one-out errors, best lambda,
+                         cross_validation        who folds the surface
 =======================  ======================  ==================================================
 
 What the user decides is a `project.Project`; `edits` change it, `project_file` keeps it.

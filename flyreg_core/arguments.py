@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 from flyreg_core.brain_options import UNITS, add_brain_options
 
+AUTOMATIC = "auto"
+"""Says that the program is to choose the smoothing."""
 Run = Callable[[argparse.Namespace], None]
 if TYPE_CHECKING:  # what `add_subparsers` returns has no public name
     Commands = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -86,11 +88,22 @@ def _add_register(commands: Commands, run: Mapping[str, Run]) -> None:
     command.add_argument("-o", "--output", required=True, type=Path, metavar="DIR")
     command.add_argument("--project", type=Path, metavar="P.flyreg", help="repeat a saved project")
     command.add_argument("--landmarks", type=Path, metavar="FILE", help="landmark pairs to use too")
-    command.add_argument("--smoothing", type=float, metavar="X", help="lambda of the spline")
+    command.add_argument(
+        "--smoothing",
+        type=_smoothing,
+        metavar="X",
+        help="lambda of the spline (default 0.01), or auto: the one that cross-validation finds",
+    )
+    command.add_argument(
+        "--method",
+        choices=("shape", "paper"),
+        default="shape",
+        help="paper: each brain by itself, nearest boundary vertices, averaging passes",
+    )
     command.add_argument(
         "--pairing",
-        choices=("coordinate", "arc length", "nearest"),
-        help="which places of the boundary curves belong together (the paper: nearest)",
+        choices=("shape", "coordinate", "arc length", "nearest"),
+        help="what tells which places belong together (default shape; the paper: nearest)",
     )
     command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
     command.add_argument("--vertices", type=int, metavar="N", help="simplify both to N vertices")
@@ -100,6 +113,10 @@ def _add_register(commands: Commands, run: Mapping[str, Run]) -> None:
     )
     add_brain_options(command, "source")
     add_brain_options(command, "target")
+
+
+def _smoothing(text: str) -> float | str:
+    return text if text == AUTOMATIC else float(text)
 
 
 def _add_transform(commands: Commands, run: Mapping[str, Run]) -> None:

@@ -36,7 +36,7 @@ def map_boundaries(
     for key, curve in source.curves.items():
         shift = np.mean(list(_own_shifts(source, key, shift_of_u).values()), axis=0)
         mapped[key] = (
-            _advance_around(curve.share, shift)
+            advance_around(curve.share, shift)
             if curve.is_closed
             else _advance(curve.share, shift - np.interp(curve.share, [0, 1], shift[[0, -1]]))
         )
@@ -83,7 +83,7 @@ def _advance(share: Floats, shift: Floats) -> Floats:
     return np.asarray(moved)
 
 
-def _advance_around(share: Floats, shift: Floats) -> Floats:
+def advance_around(share: Floats, shift: Floats) -> Floats:
     """Return shares moved along a closed curve (last vertex = first), strictly growing."""
     shift = shift[:-1]
     start = int(np.argmax(shift))

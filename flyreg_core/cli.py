@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flyreg_core.arguments import make_parser
+from flyreg_core.arguments import AUTOMATIC, make_parser
 from flyreg_core.brain_options import brain_of, prepared_as_told
 from flyreg_core.errors import FlyregError
 
@@ -85,8 +85,12 @@ def _register(arguments: argparse.Namespace) -> None:
     started = time.perf_counter()
     check_place(arguments.output / "registered.ply")
     project = _project(arguments)
+    pipeline = Pipeline()
     with _Progress() as progress:
-        results = Pipeline().run(project, progress)
+        results = pipeline.run(project, progress)
+        if arguments.smoothing == AUTOMATIC and results.judgement is not None:
+            best = results.judgement.cross_validation.best
+            results = pipeline.run(replace(project, smoothing=best), progress)
     facts = _write_results(results, arguments.output, started)
     for warning in results.warnings:
         _say(f"flyreg: {warning}")
@@ -96,10 +100,11 @@ def _register(arguments: argparse.Namespace) -> None:
 def _write_results(results: Results, folder: Path, started: float) -> dict[str, object]:
     from flyreg_core.files import make_folder, write_atomically
     from flyreg_core.project_file import save_project
-    from flyreg_core.report import register_report, write_registered
+    from flyreg_core.report import register_report, write_flat, write_registered
 
     make_folder(folder)
     write_registered(folder / "registered.ply", results)
+    write_flat(folder / "flat.npz", results)
     save_project(results.project, folder / "project.flyreg")
     cost = _cost(started)
     seconds = {
@@ -141,7 +146,11 @@ def _project(arguments: argparse.Namespace) -> Project:
         project = _with_both(project, flatten=FlattenParameters(arguments.flattening_passes))
     if arguments.pairing is not None:
         project = replace(project, boundary=replace(project.boundary, pairing=arguments.pairing))
-    if arguments.smoothing is not None:
+    if arguments.method == "paper":
+        from flyreg_core.edits import as_in_the_paper
+
+        project = as_in_the_paper(project)
+    if arguments.smoothing not in (None, AUTOMATIC):
         project = replace(project, smoothing=arguments.smoothing)
     if arguments.landmarks is not None:
         project = _with_landmarks(project, arguments.landmarks)
@@ -179,7 +188,7 @@ def _transform(arguments: argparse.Namespace) -> None:
     from flyreg_core.pipeline import Pipeline
     from flyreg_core.point_files import read_points, write_points
     from flyreg_core.project_file import load_project
-    from flyreg_core.transform import REACH_UM, transform_points
+    from flyreg_core.transform import REACH_UM, find_in_pockets, transform_points
 
     check_place(arguments.output)
     project = load_project(arguments.project)
@@ -189,14 +198,16 @@ def _transform(arguments: argparse.Namespace) -> None:
         raise FlyregError(f"the reach must be 0 or a positive number of micrometres, not {reach}")
     with _Progress() as progress:
         results = Pipeline().run(project, progress, measure=False)
-    surfaces = [results.source.surface, results.registration.surface]
-    units = [project.source.input.unit, project.target.input.unit]
+    start, end = results.source.surface, results.registration.surface
+    brains = [results.source, results.target]
     if arguments.inverse:
-        surfaces.reverse()
-        units.reverse()
+        start, end = end, start
+        brains.reverse()
+    units = [brain.brain.input.unit for brain in brains]
     points = table.points * UM_PER_UNIT[arguments.unit or units[0]]
     is_mirrored = results.source.frame.is_mirrored != results.target.frame.is_mirrored
-    moved = transform_points(points, surfaces[0], surfaces[1], reach, is_mirrored)
+    in_pocket = find_in_pockets(points, brains[0].torus, brains[0].raw, reach)
+    moved = transform_points(points, start, end, reach, is_mirrored, in_pocket)
     write_points(arguments.output, table, moved, UM_PER_UNIT[arguments.unit or units[1]])
     mapped = int(moved.is_mapped.sum())
     facts = {"points": len(points), "mapped": mapped, "outside": len(points) - mapped}

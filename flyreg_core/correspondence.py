@@ -21,6 +21,7 @@ from flyreg_core.landmarks import (
     HalfName,
     LandmarkPair,
     LandmarkParameters,
+    Pairing,
 )
 from flyreg_core.mesh import Floats, Integers
 from flyreg_core.rectangle import perimeter_share, to_plane, u_of_perimeter, wrapped
@@ -110,7 +111,7 @@ def _partners(
     target: FlatBrain,
     key: CurveKey,
     shares: Floats,
-    pairing: Literal["coordinate", "arc length", "nearest"],
+    pairing: Pairing,
 ) -> Floats:
     """Return the shares on the target's curve that belong to shares on the source's."""
     if pairing == "nearest":
@@ -118,7 +119,7 @@ def _partners(
         away = shares[:, None] - choices[None]
         away = wrapped(away) if target.curves[key].is_closed else away
         return np.asarray(choices[np.abs(away).argmin(axis=1)])
-    if pairing == "arc length" or key[0] == "hole":
+    if pairing in ("shape", "arc length") or key[0] == "hole":
         return shares
     progress_source = _progress(source.curves[key], key[0], source.frame)
     progress_target = _progress(target.curves[key], key[0], target.frame)

@@ -54,7 +54,11 @@ class Dissection:
 
 
 def dissect(
-    torus: Torus, surface: SurfaceMesh, smoothed: Floats, parameters: CutParameters
+    torus: Torus,
+    surface: SurfaceMesh,
+    smoothed: Floats,
+    parameters: CutParameters,
+    carried: Floats | None = None,
 ) -> Dissection:
     """Return the surface divided into two halves and two caps.
 
@@ -64,6 +68,8 @@ def dissect(
         The torus' surface, simplified or not.
     smoothed : (n, 3) float
         Its vertices after smoothing; they decide which half a vertex belongs to.
+    carried : (n,) float, optional
+        How far behind the cut of another brain each vertex lies; with it that cut is followed.
 
     Raises
     ------
@@ -87,7 +93,8 @@ def dissect(
     turn = torus.turn[torus.nearest_vertices(surface.vertices)]
     knots = find_cut_knots(torus, smoothed, (right < 0, left < 0))
     knots = knots + np.array([0.0, parameters.shift_um])
-    height = height_over_cut(torus, smoothed, knots)
+    own = height_over_cut(torus, smoothed, knots)
+    height = own if carried is None else carried - parameters.shift_um
     height = keep_largest_regions(surface.faces, height)
     links = find_links(surface.faces, len(surface.vertices))
     is_behind = move_border(links, _rings(surface, turn, height >= 0), height)

@@ -7,11 +7,13 @@ from dataclasses import replace
 from typing import Literal
 
 from flyreg_core.errors import LandmarkError
+from flyreg_core.flatten import FlattenParameters
 from flyreg_core.handles import Handle, HandleParameters, Point
 from flyreg_core.landmarks import LandmarkPair, Place
 from flyreg_core.project import Brain, Project
 from flyreg_core.trim import TrimParameters
 
+PASSES_OF_THE_PAPER = 500
 Role = Literal["source", "target"]
 Side = Literal["right", "left"]
 
@@ -61,6 +63,15 @@ def remove_pairs(project: Project, identifiers: Iterable[str]) -> Project:
     own = {pair.id for pair in project.pairs}
     kept = replace(project, pairs=tuple(pair for pair in project.pairs if pair.id not in chosen))
     return set_weights(kept, chosen - own, 0.0) if chosen - own else kept
+
+
+def accept_suggestions(project: Project, suggested: Iterable[LandmarkPair]) -> Project:
+    """Make suggested pairs the user's own, of weight 1; the suggestions themselves are left out."""
+    for pair in suggested:
+        name = pair.name.removeprefix("suggested ")
+        own = replace(pair, id=f"accepted-{pair.id}", name=name, weight=1.0, origin="user")
+        project = set_weight(add_pair(project, own), pair.id, 0.0)
+    return project
 
 
 def rename_pair(project: Project, identifier: str, name: str) -> Project:
@@ -144,6 +155,20 @@ def reset_trimming(project: Project, role: Role) -> Project:
     """Leave the trim planes and the cut of a brain to the program again."""
     project = set_cut_shift(project, role, 0.0)
     return set_brain(project, role, replace(brain_of(project, role), trim=TrimParameters()))
+
+
+def as_in_the_paper(project: Project) -> Project:
+    """Follow the paper to the letter: each brain by itself, averaging passes, nearest vertices.
+
+    Anatomy then ends tens of micrometres from where it belongs; this is for comparison.
+    """
+    flatten = FlattenParameters(passes=PASSES_OF_THE_PAPER)
+    return replace(
+        project,
+        source=replace(project.source, flatten=flatten),
+        target=replace(project.target, flatten=flatten),
+        boundary=replace(project.boundary, pairing="nearest"),
+    )
 
 
 def _with_handles(project: Project, role: Role, handles: HandleParameters) -> Project:

@@ -13,6 +13,8 @@ CurveName = Literal["upper", "lower", "left", "right", "hole"]
 Kind = Literal["upper", "lower", "left", "right", "hole", "interior"]
 Place = float | tuple[float, float, float]
 
+Pairing = Literal["shape", "coordinate", "arc length", "nearest"]
+
 HALVES: tuple[HalfName, HalfName] = ("anterior", "posterior")
 CURVES: tuple[CurveName, ...] = ("upper", "lower", "left", "right", "hole")
 SHARED_CURVES: tuple[CurveName, ...] = ("upper", "lower", "hole")
@@ -36,7 +38,7 @@ class LandmarkPair:
     source: Place | None  # None: not placed yet
     target: Place | None
     weight: float = 1.0  # 0: not used
-    origin: Literal["boundary", "user"] = "user"
+    origin: Literal["boundary", "suggested", "user"] = "user"
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.weight) and self.weight >= 0):
@@ -55,14 +57,21 @@ class LandmarkPair:
 
 @dataclass(frozen=True)
 class LandmarkParameters:
-    """Which landmark pairs are made on the boundary curves.
+    """Which landmark pairs the program makes, on the boundary curves and inside.
 
-    `pairing` says which places of a curve belong together: those at the same share of the way
-    along the animal's axis that the curve follows ("coordinate"), at the same share of arc length
-    ("arc length"), or each source vertex with the nearest target vertex in the flat domain
-    ("nearest", the paper's choice).
+    `pairing` says which places of a curve belong together: those that shape tells ("shape": the
+    source is trimmed, cut and laid flat as the target is), or else, each brain by itself, those at
+    the same share of the way along the animal's axis that the curve follows ("coordinate"), at the
+    same share of arc length ("arc length"), or each source vertex with the nearest target vertex in
+    the flat domain ("nearest", the paper's choice).
     """
 
     per_seam: int = 9  # between the corners of upper and of lower, and around the hole
     per_side: int = 3  # between the corners of left and of right, in each half
-    pairing: Literal["coordinate", "arc length", "nearest"] = "coordinate"
+    pairing: Pairing = "shape"
+    per_half: int = 60  # suggested by shape inside each half
+
+    @property
+    def is_by_shape(self) -> bool:
+        """Tell whether the shapes of both brains decide what belongs together."""
+        return self.pairing == "shape"

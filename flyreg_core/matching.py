@@ -5,17 +5,35 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from flyreg_core.alignment import OWN, Alignment
+from flyreg_core.cut import PIECES, Dissection
 from flyreg_core.frame import LEFT_RIGHT, BrainFrame
-from flyreg_core.mesh import SurfaceMesh
+from flyreg_core.landmarks import HALVES
+from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.shape_map import ShapeMap
+from flyreg_core.skin import NORMAL_UM
 from flyreg_core.torus import ORIGINS, Torus
-from flyreg_core.trim import TrimParameters, TrimPlanes
+from flyreg_core.trim import TrimPlanes
 
 FARTHEST = 0.95
 """How far towards the side of the source a plane may be carried, as a share of the way there."""
-SAME_PLACE = 0.15
-"""Necks so near to where the target's are carried, as a share of the way there, are the same place."""
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedCut:
+    """The cut of a target, looked up from the source."""
+
+    to_target: ShapeMap
+    height: Floats  # (n,), of the target's vertices behind its cut along the surface, micrometres
+    tree: KDTree  # of positions and weighted normals of these vertices
+
+    def height_over_cut(self, surface: SurfaceMesh) -> Floats:
+        """Return (n,) how far behind the cut the vertices of a source come to lie, micrometres."""
+        normals = self.to_target.turned(surface.vertices, surface.vertex_normals)
+        places = np.hstack([self.to_target(surface.vertices), NORMAL_UM * normals])
+        return np.asarray(self.height[self.tree.query(places)[1]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,21 +41,20 @@ class Match:
     """What the target decides about a source that the user left open."""
 
     frame: BrainFrame  # of the source
-    carried: TrimPlanes  # where the target's planes come to lie
+    planes: TrimPlanes | None  # where the target's planes come to lie; None: found by itself
+    cut: CarriedCut | None
     grid_runs_right: bool  # see `Torus`: the faces of both brains have the same pattern
-
-    def trim(self, found: TrimPlanes) -> TrimParameters:
-        """Return the planes at the source's own necks where these are the target's, else as carried."""
-        return TrimParameters(
-            found.right if _is_same_place(found.right, self.carried.right) else self.carried.right,
-            found.left if _is_same_place(found.left, self.carried.left) else self.carried.left,
-        )
 
 
 def match_to_target(
-    source: SurfaceMesh, own: BrainFrame, target: Torus, alignment: Alignment
+    source: SurfaceMesh,
+    own: BrainFrame,
+    target: Torus,
+    dissection: Dissection,
+    alignment: Alignment,
+    to_target: ShapeMap | None,
 ) -> Match:
-    """Return how a source lies, and where it is trimmed, as its target is.
+    """Return how a source lies, and where it is trimmed and cut, as its target is.
 
     The source keeps its own frame where the alignment found nothing better: which way a brain is
     tilted its own shape tells best.
@@ -46,28 +63,39 @@ def match_to_target(
     ----------
     own : BrainFrame
         The source's frame by its own shape.
+    to_target : ShapeMap, optional
+        Without it the source is trimmed and cut by its own shape alone.
 
     Notes
     -----
-    Necks are anatomical places that each brain shows itself; they count where both brains show the
-    same, which is told after an affine map. Where a plane would miss the source, which may lack an
-    optic lobe that the target has, it stops just before its side.
+    Where a plane would miss the source, which may lack an optic lobe that the target has, it stops
+    just before its side.
     """
     frame = own if alignment.candidates[0].signs == OWN else alignment.frame
+    if to_target is None:
+        return Match(frame, None, None, target.grid_runs_right)
     inside = target.frame.coordinates(target.surface.vertices)
     is_cap = target.origin_of_vertex == ORIGINS.index("trimmed")
     is_left = inside[:, LEFT_RIGHT] > (target.planes.right + target.planes.left) / 2
-    caps = np.stack([inside[is_cap & side].mean(axis=0) for side in (~is_left, is_left)])
-    caps[:, LEFT_RIGHT] = target.planes.right, target.planes.left
-    carried = alignment.to_target.inverse()(target.frame.points(caps))
-    right, left = frame.coordinates(carried)[:, LEFT_RIGHT]
     sides = frame.coordinates(source.vertices)[:, LEFT_RIGHT]
-    planes = TrimPlanes(
-        max(float(right), FARTHEST * float(sides.min())),
-        min(float(left), FARTHEST * float(sides.max())),
-    )
-    return Match(frame, planes, target.grid_runs_right)
+    ends = []
+    for side, farthest in ((~is_left, sides.min()), (is_left, sides.max())):
+        cap = to_target.back(target.surface.vertices[is_cap & side])
+        carried = float(frame.coordinates(cap)[:, LEFT_RIGHT].mean())
+        ends.append(np.sign(farthest) * min(abs(carried), FARTHEST * abs(float(farthest))))
+    planes = TrimPlanes(right=float(ends[0]), left=float(ends[1]))
+    return Match(frame, planes, _carried_cut(dissection, to_target), target.grid_runs_right)
 
 
-def _is_same_place(own: float, carried: float) -> bool:
-    return abs(own - carried) <= SAME_PLACE * abs(carried)
+def _carried_cut(target: Dissection, to_target: ShapeMap) -> CarriedCut:
+    surface, piece = target.surface, target.piece_of_face
+    on_half = np.zeros((len(HALVES), len(surface.vertices)), dtype=bool)
+    for number, half in enumerate(HALVES):
+        on_half[number, surface.faces[piece == PIECES.index(half)]] = True
+    seam = surface.vertices[on_half.all(axis=0)]
+    is_known = on_half.any(axis=0)
+    vertices = surface.vertices[is_known]
+    away = KDTree(seam).query(vertices)[0]
+    height = np.where(on_half[1, is_known], away, -away)
+    features = np.hstack([vertices, NORMAL_UM * surface.vertex_normals[is_known]])
+    return CarriedCut(to_target, height, KDTree(features))

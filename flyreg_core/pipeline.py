@@ -26,20 +26,29 @@ from flyreg_core.flatten import FlattenParameters
 from flyreg_core.frame import BrainFrame
 from flyreg_core.halves import FlatHalf, lay_flat, with_hole_as_seen
 from flyreg_core.handles import HandleParameters
-from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair, LandmarkParameters
-from flyreg_core.lift import Registration, build_locators, register
-from flyreg_core.matching import Match, match_to_target
+from flyreg_core.judgement import Judgement, judge
+from flyreg_core.landmarks import (
+    HALVES,
+    HalfName,
+    LandmarkPair,
+    LandmarkParameters,
+)
+from flyreg_core.lay_over import lay_over
+from flyreg_core.lift import Locators, Registration, build_locators, register
+from flyreg_core.matching import CarriedCut, Match, match_to_target
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.pose import PoseParameters, find_frame
 from flyreg_core.progress import Report, ignore, within
 from flyreg_core.project import Brain, Project
+from flyreg_core.shape_map import ShapeMap, fit_shape_map
 from flyreg_core.simplify import Simplified, simplify
 from flyreg_core.smooth import SmoothParameters, smooth
-from flyreg_core.solid import VoxelSolid, close_solid, voxelize
+from flyreg_core.solid import VoxelSolid, voxelize
+from flyreg_core.suggestions import suggest_pairs
 from flyreg_core.surface_distance import Distances, measure_distances
 from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline, kernel
-from flyreg_core.torus import CLOSING, Torus, make_torus
-from flyreg_core.trim import TrimParameters, find_trim_planes
+from flyreg_core.torus import Torus, make_torus
+from flyreg_core.trim import TrimParameters, TrimPlanes
 
 T = TypeVar("T")
 
@@ -82,6 +91,7 @@ class Results:
     landmarks: tuple[PlacedLandmark, ...]
     registration: Registration
     distances: Distances | None  # registered to target and back; None: not measured
+    judgement: Judgement | None  # None: not measured
     warnings: tuple[str, ...]
     seconds: Mapping[str, float]  # by stage, 0 where the last result was still good
 
@@ -100,8 +110,11 @@ class Memo(Generic[T]):
 
     def __call__(self, *arguments: object, report: Report) -> T:
         """Return the stage's result for these arguments, computed or remembered."""
-        for known, result in self._remembered:
+        for place, (known, result) in enumerate(self._remembered):
             if known == arguments:
+                self._remembered.insert(
+                    0, self._remembered.pop(place)
+                )  # the last one to be forgotten
                 return result
         started = perf_counter()
         result = self._stage(*arguments, report=report)
@@ -116,8 +129,9 @@ class Pipeline:
     def __init__(self) -> None:
         self._read = Memo("read", read_brain, capacity=4)
         self._frame = Memo("pose", _frame, capacity=4)
-        self._align = Memo("alignment", _align, capacity=2)
-        self._match = Memo("matching", _match, capacity=2)
+        self._align = Memo("alignment", _align, capacity=4)
+        self._bend = Memo("shape map", _bend, capacity=4)
+        self._match = Memo("matching", _match, capacity=6)
         self._solid = Memo("solid", voxelize, capacity=4)
         self._torus = Memo("torus", _torus, capacity=6)
         self._simplify = Memo("simplify", simplify, capacity=6)
@@ -125,6 +139,8 @@ class Pipeline:
         self._cut = Memo("cut", _cut, capacity=6)
         self._flatten = Memo("flatten", _flatten, capacity=6)
         self._prepared = Memo("prepared", _prepared, capacity=6)
+        self._lay_over = Memo("laying over", _lay_over, capacity=6)
+        self._suggest = Memo("suggestions", _suggest, capacity=2)
         self._boundary = Memo("boundary landmarks", _boundary_pairs)
         self._place = Memo("landmarks", _place)
         self._locators = Memo("locators", lambda target, report: build_locators(target), capacity=2)
@@ -132,6 +148,7 @@ class Pipeline:
         self._spline = Memo("spline", _splines)
         self._lift = Memo("lift", register)
         self._distances = Memo("distances", measure_distances)
+        self._judge = Memo("judgement", _judge)
 
     def prepare(
         self, brain: Brain, report: Report = ignore, match: Match | None = None
@@ -144,7 +161,8 @@ class Pipeline:
         simplified = self._simplify(torus.surface, brain.simplify, report=within(report, 0.5, 0.55))
         smoothed = self._smooth(simplified.surface, brain.smooth, report=within(report, 0.55, 0.7))
         dissection = self._cut(
-            torus, simplified.surface, smoothed, brain.cut, report=within(report, 0.7, 0.8)
+            *(torus, simplified.surface, smoothed, brain.cut, None if match is None else match.cut),
+            report=within(report, 0.7, 0.8),
         )
         flat = self._flatten(dissection, torus.frame, brain.flatten, report=within(report, 0.8, 1))
         return self._prepared(brain, raw, torus, simplified, flat, report=report)
@@ -157,7 +175,9 @@ class Pipeline:
         frame = frame if match is None else match.frame
         solid = self._solid(raw, frame, brain.solid, report=within(report, 0.3, 0.6))
         torus = self._torus(
-            *(raw, solid, brain.trim, brain.handles, match), report=within(report, 0.6, 1.0)
+            *(raw, solid, brain.trim, brain.handles),
+            *((None, None) if match is None else (match.planes, match.grid_runs_right)),
+            report=within(report, 0.6, 1.0),
         )
         return raw, torus
 
@@ -168,7 +188,7 @@ class Pipeline:
 
     def _prepare_pair(
         self, project: Project, report: Report
-    ) -> tuple[PreparedBrain, PreparedBrain, Alignment]:
+    ) -> tuple[PreparedBrain, PreparedBrain, Alignment, ShapeMap | None]:
         """Return source and target prepared, the source as the target is, and how it lies on it."""
         target = self.prepare(project.target, within(report, 0.0, 0.45))
         raw, frame = self.raw(project.source, within(report, 0.45, 0.5))
@@ -176,8 +196,19 @@ class Pipeline:
             *(raw, target.raw, frame, target.frame, project.source.pose.axes is not None),
             report=within(report, 0.5, 0.55),
         )
-        match = self._match(raw, frame, target.torus, alignment, report=report)
-        return self.prepare(project.source, within(report, 0.55, 1.0), match), target, alignment
+        to_target = None
+        if project.boundary.is_by_shape:
+            to_target = self._bend(raw, target.raw, alignment, report=within(report, 0.55, 0.65))
+        match = self._match(
+            *(raw, frame, target.torus, target.flat.dissection, alignment, to_target),
+            report=report,
+        )
+        source = target
+        if project.source != project.target:
+            source = self.prepare(project.source, within(report, 0.65, 0.95), match)
+        if to_target is not None:
+            source = self._lay_over(source, target, to_target, report=within(report, 0.95, 1.0))
+        return source, target, alignment, to_target
 
     def run(self, project: Project, report: Report = ignore, measure: bool = True) -> Results:
         """Return what follows from a project; without `measure` distances are left out.
@@ -192,8 +223,14 @@ class Pipeline:
         memos = [value for value in vars(self).values() if isinstance(value, Memo)]
         for memo in memos:
             memo.seconds = 0.0
-        source, target, alignment = self._prepare_pair(project, within(report, 0.0, 0.84))
+        source, target, alignment, to_target = self._prepare_pair(
+            project, within(report, 0.0, 0.84)
+        )
         automatic = self._boundary(source.flat, target.flat, project.boundary, report=report)
+        if to_target is not None:
+            automatic += self._suggest(
+                *(source.flat, target.flat, to_target, project.boundary.per_half), report=report
+            )
         pairs = (*with_decisions(automatic, project.weights, project.moved), *project.pairs)
         places = tuple(replace(pair, weight=1.0) for pair in pairs if pair.is_placed)
         placed = self._place(source.flat, target.flat, places, report=report)
@@ -207,8 +244,13 @@ class Pipeline:
             placed,
             report=within(report, 0.86, 0.9),
         )
-        distances = None
+        distances = judgement = None
         if measure:
+            judgement = self._judge(
+                *(source.flat, target.flat, locators, placed, weights),
+                *(registration, project.smoothing),
+                report=within(report, 0.9, 0.91),
+            )
             distances = self._distances(
                 registration.surface, target.surface, report=within(report, 0.9, 1.0)
             )
@@ -216,7 +258,7 @@ class Pipeline:
         warnings = find_warnings(source, target, alignment, pairs, landmarks, registration)
         return Results(
             *(project, source, target, alignment, landmarks),
-            *(registration, distances, warnings, seconds),
+            *(registration, distances, judgement, warnings, seconds),
         )
 
 
@@ -234,10 +276,12 @@ def _cut(
     surface: SurfaceMesh,
     smoothed: _Smoothed,
     parameters: CutParameters,
+    cut: CarriedCut | None,
     report: Report,
 ) -> Dissection:
     report(0.0, "cutting the brain into halves")
-    return dissect(torus, surface, smoothed.vertices, parameters)
+    carried = None if cut is None else cut.height_over_cut(surface)
+    return dissect(torus, surface, smoothed.vertices, parameters, carried)
 
 
 def _frame(raw: SurfaceMesh, parameters: PoseParameters, report: Report) -> BrainFrame:
@@ -250,14 +294,13 @@ def _torus(
     solid: VoxelSolid,
     trimming: TrimParameters,
     handles: HandleParameters,
-    match: Match | None,
+    planes: TrimPlanes | None,
+    grid_runs_right: bool | None,
     report: Report,
 ) -> Torus:
-    if match is None:
-        return make_torus(raw, solid, trimming, handles, report)
-    found = find_trim_planes(close_solid(solid, CLOSING[0]), trimming)
-    trimming = trimming.completed_by(match.trim(found))
-    return make_torus(raw, solid, trimming, handles, report, match.grid_runs_right)
+    if planes is not None:
+        trimming = trimming.completed_by(TrimParameters(planes.right, planes.left))
+    return make_torus(raw, solid, trimming, handles, report, grid_runs_right)
 
 
 def _align(
@@ -275,10 +318,18 @@ def _match(
     source: SurfaceMesh,
     own: BrainFrame,
     target: Torus,
+    dissection: Dissection,
     alignment: Alignment,
+    to_target: ShapeMap | None,
     report: Report,
 ) -> Match:
-    return match_to_target(source, own, target, alignment)
+    return match_to_target(source, own, target, dissection, alignment, to_target)
+
+
+def _bend(
+    source: SurfaceMesh, target: SurfaceMesh, alignment: Alignment, report: Report
+) -> ShapeMap:
+    return fit_shape_map(source, target, alignment.to_target, report)
 
 
 def _flatten(
@@ -308,6 +359,23 @@ def _prepared(
     return PreparedBrain(
         brain, raw, torus, simplified, flat, find_caps(flat.dissection, flat.curves)
     )
+
+
+def _lay_over(
+    source: PreparedBrain, target: PreparedBrain, to_target: ShapeMap, report: Report
+) -> PreparedBrain:
+    return replace(source, flat=lay_over(source.flat, target.flat, to_target, report))
+
+
+def _suggest(
+    source: FlatBrain,
+    target: FlatBrain,
+    to_target: ShapeMap,
+    per_half: int,
+    report: Report,
+) -> tuple[LandmarkPair, ...]:
+    report(0.0, "suggesting landmarks")
+    return suggest_pairs(source, target, to_target, per_half)
 
 
 def _boundary_pairs(
@@ -349,6 +417,21 @@ def _splines(
             _ends(placed, half, 0), _ends(placed, half, 1), np.array(acting), smoothing
         )
     return splines
+
+
+def _judge(
+    source: FlatBrain,
+    target: FlatBrain,
+    locators: Locators,
+    placed: tuple[PlacedLandmark, ...],
+    weights: tuple[float, ...],
+    registration: Registration,
+    smoothing: float,
+    report: Report,
+) -> Judgement:
+    report(0.0, "judging the landmarks")
+    landmarks = _weighted(placed, weights)
+    return judge(source, target, locators, landmarks, registration, smoothing)
 
 
 def _ends(placed: tuple[PlacedLandmark, ...], half: HalfName, end: int) -> Floats:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import math
 import platform
 import sys
 from collections.abc import Mapping
@@ -13,11 +15,13 @@ import numpy as np
 from flyreg_core import topology
 from flyreg_core.alignment import Alignment
 from flyreg_core.brain_files import input_facts, write_mesh
+from flyreg_core.files import write_atomically
 from flyreg_core.frame import BrainFrame
 from flyreg_core.handles import Handle
+from flyreg_core.judgement import Judgement
 from flyreg_core.landmarks import HALVES
-from flyreg_core.mesh import Floats, Integers, SurfaceMesh
-from flyreg_core.orientation import orientations
+from flyreg_core.mesh import FlatMesh, Floats, Integers, SurfaceMesh
+from flyreg_core.orientation import orientations, signed_areas
 from flyreg_core.pipeline import PreparedBrain, Results
 from flyreg_core.progress import Report
 from flyreg_core.project import BrainInput
@@ -138,6 +142,7 @@ def _simplified(torus: Torus, simplified: Simplified) -> Facts:
 def register_report(results: Results) -> Facts:
     """Return what a registration did, without times and memory."""
     project = results.project
+    judgement = results.judgement
     origins = [mark.pair.origin for mark in results.landmarks]
     return {
         "source": _brain(results.source),
@@ -148,10 +153,13 @@ def register_report(results: Results) -> Facts:
         "watertight": topology.is_closed(results.registration.surface.faces),
         "landmarks": {
             "boundary": origins.count("boundary"),
-            "automatic": 0,
+            "automatic": origins.count("suggested"),
             "user": origins.count("user"),
         },
+        "landmark_list": _landmarks(results),
+        "folds_by_landmark": dict(judgement.folds_by_landmark) if judgement else None,
         "smoothing": project.smoothing,
+        "smoothing_by_cross_validation": _cross_validation(judgement),
         "pairing": project.boundary.pairing,
         "warnings": list(results.warnings),
         "distance": distance_report(results.distances, "source_to_target", "target_to_source")
@@ -199,7 +207,67 @@ def _half(results: Results, half: str) -> Facts:
         "flipped_by_spline_and_mended": warped.folds_mended,
         "flipped_after_spline": warped.flipped,
         "gap_um": warped.gap_um,
+        "certificate": _certificate(warped.flat),
     }
+
+
+def _certificate(flat: FlatMesh) -> Facts:
+    """Return what shows that a strip is laid out once and without folds.
+
+    No face is flipped, and together they have the area of the strip: so nothing overlaps.
+    """
+    areas = signed_areas(flat.corners)
+    return {
+        "not_positive": int((orientations(flat.corners) <= 0).sum()),  # exact, not by the areas
+        "smallest_signed_area": float(areas.min()),
+        "sum_of_signed_areas": math.fsum(areas),
+        "area_of_the_strip": 1.0,
+    }
+
+
+def _landmarks(results: Results) -> list[Facts]:
+    judgement = results.judgement
+    foretold = judgement.leave_one_out_um if judgement else {}
+    residual = results.registration.residual_um
+    return [
+        {
+            "id": mark.pair.id,
+            "name": mark.pair.name,
+            "kind": mark.pair.kind,
+            "origin": mark.pair.origin,
+            "weight": mark.pair.weight,
+            "residual_um": residual.get(mark.pair.id),
+            "leave_one_out_um": foretold.get(mark.pair.id),
+        }
+        for mark in results.landmarks
+    ]
+
+
+def _cross_validation(judgement: Judgement | None) -> Facts | None:
+    if judgement is None:
+        return None
+    curve = judgement.cross_validation
+    return {
+        "best": curve.best,
+        "smoothings": [float(value) for value in curve.smoothings],
+        "scores": [float(value) for value in curve.scores],
+    }
+
+
+def write_flat(path: Path, results: Results) -> None:
+    """Write the flat halves before and after the spline, from which others can tell folds."""
+    arrays: dict[str, Floats | Integers] = {}
+    for half in HALVES:
+        before, after = results.source.halves[half].flat, results.registration.halves[half].flat
+        arrays |= {
+            f"{half}_source_uv": before.uv,
+            f"{half}_registered_uv": after.uv,
+            f"{half}_faces": after.faces,
+            f"{half}_corner_shifts": after.corner_shifts,
+        }
+    content = io.BytesIO()
+    np.savez_compressed(content, **arrays)  # type: ignore[arg-type]
+    write_atomically(path, content.getvalue())
 
 
 def distance_report(distances: Distances, first: str, second: str) -> Facts:

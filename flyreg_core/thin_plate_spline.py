@@ -28,7 +28,7 @@ class ThinPlateSpline:
 
     def from_kernel(self, kernel_at_points: Floats, points: Floats) -> Floats:
         """Return where points go whose (n, k) kernel to the centers is known already."""
-        return np.asarray(kernel_at_points @ self.bending + _affine_basis(points) @ self.affine)
+        return np.asarray(kernel_at_points @ self.bending + affine_basis(points) @ self.affine)
 
 
 def fit_thin_plate_spline(
@@ -71,14 +71,14 @@ def fit_thin_plate_spline(
         raise LandmarkError(f"the smoothing must be 0 or a positive number, not {smoothing}")
     used = weights > LEAST_WEIGHT
     centers = sources[used]
-    affine_basis = _affine_basis(centers)
-    if np.linalg.matrix_rank(affine_basis) < affine_basis.shape[1]:
+    basis = affine_basis(centers)
+    if np.linalg.matrix_rank(basis) < basis.shape[1]:
         raise LandmarkError("the landmarks in use lie on one line; add one beside it")
     if smoothing == 0 and len(np.unique(centers, axis=0)) < len(centers):
         raise LandmarkError("two landmarks in use lie at the same place; raise lambda or drop one")
     matrix = kernel(centers, centers) + np.diag(smoothing / weights[used])
-    n, m = affine_basis.shape
-    system = np.block([[matrix, affine_basis], [affine_basis.T, np.zeros((m, m))]])
+    n, m = basis.shape
+    system = np.block([[matrix, basis], [basis.T, np.zeros((m, m))]])
     right = np.vstack([targets[used], np.zeros((m, targets.shape[1]))])
     solution = np.linalg.solve(system, right)
     bending = np.zeros(sources.shape)
@@ -94,5 +94,6 @@ def kernel(points: Floats, centers: Floats) -> Floats:
     return squared * np.log(squared, out=np.zeros_like(squared), where=squared > 0)
 
 
-def _affine_basis(points: Floats) -> Floats:
+def affine_basis(points: Floats) -> Floats:
+    """Return the (n, d + 1) columns 1, x, y that affine maps are made of, P of eq. 8."""
     return np.column_stack([np.ones(len(points)), points])

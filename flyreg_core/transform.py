@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import igl
 import numpy as np
+from scipy.spatial import cKDTree
 
 from flyreg_core.mesh import Booleans, Floats, SurfaceMesh
+from flyreg_core.torus import ORIGINS, Torus
 
 REACH_UM = 10.0
 """Points farther than this from the main brain's surface are not mapped unless the user says so."""
@@ -21,12 +23,36 @@ class TransformedPoints:
     is_mapped: Booleans  # (n,)
 
 
+def find_in_pockets(
+    points: Floats, torus: Torus, raw: SurfaceMesh, reach_um: float = REACH_UM
+) -> Booleans:
+    """Return (n,) which points lie near the wall of a pocket that the prepared brain has filled.
+
+    There the brain's own surface is deeper than the prepared one.
+
+    Parameters
+    ----------
+    points : (n, 3) float
+        In the frame of the brain, micrometres.
+    torus, raw : Torus, SurfaceMesh
+        The brain as prepared and as read.
+    """
+    nearest = cKDTree(torus.surface.vertices).query(points)[1]
+    is_filled = torus.origin_of_vertex[nearest] == ORIGINS.index("filled")
+    result = np.zeros(len(points), dtype=bool)
+    pockets = np.flatnonzero(is_filled)
+    squared, _, _ = igl.point_mesh_squared_distance(points[pockets], raw.vertices, raw.faces)
+    result[pockets] = np.sqrt(squared) <= reach_um
+    return result
+
+
 def transform_points(
     points: Floats,
     start: SurfaceMesh,
     end: SurfaceMesh,
     reach_um: float = REACH_UM,
     is_mirrored: bool = False,
+    is_in_pocket: Booleans | None = None,
 ) -> TransformedPoints:
     """Return points carried from one surface to another one that has the same faces.
 
@@ -42,6 +68,8 @@ def transform_points(
         How far from `start` a point may lie to be mapped.
     is_mirrored : bool
         Whether the faces are seen from inside on one of the surfaces and from outside on the other.
+    is_in_pocket : (n,) bool, optional
+        Points that are mapped however far they lie from `start`, see `find_in_pockets`.
     """
     squared, face, nearest = igl.point_mesh_squared_distance(points, start.vertices, start.faces)
     corners = start.faces[face]
@@ -60,5 +88,7 @@ def transform_points(
     signed = np.sign(outwards) * distance * (-1 if is_mirrored else 1)
     moved = carried(end.vertices) + signed[:, None] * normal
     is_mapped = distance <= reach_um
+    if is_in_pocket is not None:
+        is_mapped |= is_in_pocket
     moved[~is_mapped] = np.nan
     return TransformedPoints(moved, is_mapped)

@@ -49,7 +49,8 @@ class Row:
     def place(self) -> str:
         """The curve, and the half if the pair belongs to one only."""
         half = f" of the {self.pair.half} half" if self.pair.half else ""
-        return f"{self.pair.kind}{half}"
+        by = ", suggested by shape" if self.pair.origin == "suggested" else ""
+        return f"{self.pair.kind}{half}{by}"
 
 
 class LandmarkTable(QAbstractTableModel):
@@ -143,8 +144,8 @@ def _rows(project: Project | None, results: Results | None) -> list[Row]:
     rows = []
     for landmark in results.landmarks if results is not None else ():
         pair = landmark.pair
-        if pair.origin == "boundary":
-            weight = project.weights.get(pair.id, 1.0)
+        if pair.origin != "user":
+            weight = project.weights.get(pair.id, 1.0 if pair.origin == "boundary" else pair.weight)
             rows.append(Row(replace(pair, weight=weight), residuals.get(pair.id)))
     rows.extend(Row(pair, residuals.get(pair.id)) for pair in own.values())
     return rows

@@ -110,7 +110,9 @@ class MainWindow(QMainWindow):
         layout.setSpacing(0)
         layout.addWidget(self.banner)
         layout.addWidget(self._stack, 1)
+        center.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setCentralWidget(center)
+        center.setFocus()  # not the first button, which would take Space
         self.start.show_recent(self.preferences.recent_projects)
 
     def _make_docks(self) -> None:

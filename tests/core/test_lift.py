@@ -171,11 +171,12 @@ def test_boundaries_stay_boundaries_on_the_strip(demo_registration, source, half
 @pytest.mark.parametrize("half", HALVES)
 def test_what_sewing_changes_at_a_boundary_fades_out_towards_the_other(source, target, half):
     smoothing = 1.0  # so much that the spline misses the boundaries
-    pairs = boundary_pairs(source.flat, target.flat, LandmarkParameters())
+    by_axes = LandmarkParameters(pairing="coordinate")
+    pairs = boundary_pairs(source.flat, target.flat, by_axes)
     spline = fit_splines(place_landmarks(source.flat, target.flat, pairs), smoothing)[half]
     flat = source.flat.halves[half]
     u, beta = from_plane(spline(flat.plane))
-    warped = register_pair(source, target, LandmarkParameters(), smoothing).halves[half]
+    warped = register_pair(source, target, by_axes, smoothing).halves[half]
     change = np.stack(
         [
             wrapped(warped.flat.uv[:, 0] - u),

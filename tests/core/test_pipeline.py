@@ -23,6 +23,8 @@ from flyreg_core.project import Project
 from flyreg_core.smooth import SmoothParameters
 
 SEVERAL_MICROMETRES = 2.0
+LANDMARKS = {"boundary landmarks", "suggestions", "landmarks", "basis"}
+AFTER_SPLINE = {"spline", "lift", "distances", "judgement"}
 
 
 @pytest.fixture(scope="module")
@@ -55,29 +57,30 @@ def interior_pair(results: Results, shift: float = 0.0) -> LandmarkPair:
     ("edit", "expected"),
     [
         (lambda p: p, set()),
-        (lambda p: edits.set_smoothing(p, 0.3), {"spline", "lift", "distances"}),
-        (lambda p: edits.set_weight(p, "upper-04", 5.0), {"spline", "lift", "distances"}),
-        (lambda p: edits.set_weight(p, "upper-04", 0.0), {"spline", "lift", "distances"}),
+        (lambda p: edits.set_smoothing(p, 0.3), AFTER_SPLINE),
+        (lambda p: edits.set_weight(p, "upper-04", 5.0), AFTER_SPLINE),
+        (lambda p: edits.set_weight(p, "upper-04", 0.0), AFTER_SPLINE),
         (
             lambda p: edits.place_pair(p, "upper-04", "target", 0.31),
-            {"landmarks", "basis", "spline", "lift", "distances"},
+            {"landmarks", "basis"} | AFTER_SPLINE,
         ),
         (
             lambda p: edits.set_brain(p, "source", replace(p.source, cut=CutParameters(3.0))),
-            {"cut", "flatten", "prepared", "boundary landmarks", "landmarks", "basis"}
-            | {"spline", "lift", "distances"},
+            {"cut", "flatten", "prepared", "laying over"} | LANDMARKS | AFTER_SPLINE,
         ),
         (
             lambda p: edits.set_brain(
                 p, "source", replace(p.source, handles=HandleParameters(hole=(0.0, 35.0, 10.0)))
             ),
-            {"torus", "simplify", "smooth", "cut", "flatten", "prepared", "boundary landmarks"}
-            | {"landmarks", "basis", "spline", "lift", "distances"},
+            {"torus", "simplify", "smooth", "cut", "flatten", "prepared", "laying over"}
+            | LANDMARKS
+            | AFTER_SPLINE,
         ),
         (
             lambda p: edits.set_brain(p, "target", replace(p.target, smooth=SmoothParameters(50))),
-            {"smooth", "cut", "flatten", "prepared", "boundary landmarks", "landmarks", "basis"}
-            | {"locators", "spline", "lift", "distances"},
+            {"smooth", "cut", "flatten", "prepared", "matching", "laying over", "locators"}
+            | LANDMARKS
+            | AFTER_SPLINE,
         ),
     ],
 )

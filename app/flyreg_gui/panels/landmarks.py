@@ -5,10 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from PySide6.QtCore import QItemSelection, QItemSelectionModel, QSortFilterProxyModel, Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from flyreg_core import edits
 from flyreg_core.errors import FlyregError
+from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.project import Project
 from flyreg_gui.landmark_table import ID_ROLE, SORT_ROLE, LandmarkTable, format_weight
 from flyreg_gui.panels.weight_column import LandmarkTableView
@@ -47,6 +55,11 @@ class LandmarksPanel(QWidget):
         self.smoothing_slider.setAccessibleName("Smoothing lambda")
         self._weight_label, self._weight_value = QLabel(), QLabel()
         self._smoothing_value = QLabel()
+        self.accept_button = QPushButton("Accept suggestions")
+        self.accept_button.setToolTip(
+            "Make the selected suggestions landmarks of your own; Delete drops them instead"
+        )
+        self.best_button = QPushButton()
         self._is_showing = False
         self._arrange()
         self._connect()
@@ -69,11 +82,15 @@ class LandmarksPanel(QWidget):
             sliders.addWidget(value, 2 * row, 1)
             sliders.addWidget(slider, 2 * row + 1, 0, 1, 2)
         sliders.setColumnStretch(0, 1)
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.accept_button)
+        buttons.addWidget(self.best_button)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 8)
         self.setMinimumWidth(340)
         layout.addWidget(self.table, 1)
         layout.addLayout(sliders)
+        layout.addLayout(buttons)
 
     def _connect(self) -> None:
         session, table = self._session, self.table
@@ -89,6 +106,8 @@ class LandmarksPanel(QWidget):
             slider.sliderReleased.connect(session.end_gesture)
         self.weight_slider.edited.connect(self._on_weight)
         self.smoothing_slider.edited.connect(self._on_smoothing)
+        self.accept_button.clicked.connect(self._on_accept)
+        self.best_button.clicked.connect(self._on_best)
         self._selection.changed.connect(self._on_selection)
         session.project_changed.connect(self._on_project)
         session.results_changed.connect(self._on_results)
@@ -113,6 +132,33 @@ class LandmarksPanel(QWidget):
         project = self._session.project
         if project is not None:
             self._session.edit("change smoothing", edits.set_smoothing(project, smoothing))
+
+    def _on_accept(self) -> None:
+        project, chosen = self._session.project, self._suggested()
+        if project is not None and chosen:
+            accepted = edits.accept_suggestions(project, chosen)
+            self._session.edit(f"accept {self._names(pair.id for pair in chosen)}", accepted)
+
+    def _on_best(self) -> None:
+        best = self._best_smoothing()
+        if best is not None:
+            self._on_smoothing(best)
+
+    def _suggested(self) -> list[LandmarkPair]:
+        """Return the selected suggestions that are in use."""
+        pairs = [self.model.pair(row) for row in self._rows()]
+        return [
+            pair
+            for pair in pairs
+            if pair.id in self._selection.ids and pair.origin == "suggested" and pair.weight > 0
+        ]
+
+    def _best_smoothing(self) -> float | None:
+        """Return the smoothing that cross-validation finds, once the newest results are judged."""
+        results = self._session.results
+        if results is None or results.judgement is None:
+            return None
+        return results.judgement.cross_validation.best
 
     def _on_renamed(self, identifier: str, name: str) -> None:
         project = self._session.project
@@ -139,6 +185,15 @@ class LandmarksPanel(QWidget):
         if project is not None:
             self.smoothing_slider.show_value(project.smoothing)
             self._smoothing_value.setText(f"λ = {format_smoothing(project.smoothing)}")
+        best = self._best_smoothing()
+        self.best_button.setEnabled(best is not None)
+        self.best_button.setText(
+            "λ by cross-validation" if best is None else f"Take λ = {format_smoothing(best)}"
+        )
+        self.best_button.setToolTip(
+            "The smoothing with which the landmarks foretell each other best; it smooths away what "
+            "a single landmark says alone"
+        )
         self._on_selection()
 
     def _on_results(self, _results: object) -> None:
@@ -148,6 +203,7 @@ class LandmarksPanel(QWidget):
         chosen = self._selection.ids
         self._show_selected_rows()
         self.weight_slider.setEnabled(bool(chosen))
+        self.accept_button.setEnabled(bool(self._suggested()))
         names = self._names(chosen)
         self._weight_label.setText(f"Weight of {names}" if chosen else "Weight: select a landmark")
         pairs = [self.model.pair(row) for row in self._rows()]

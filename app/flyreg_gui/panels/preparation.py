@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QDoubleValidator
@@ -19,16 +19,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from flyreg_core.landmarks import LandmarkParameters
+from flyreg_core.landmarks import Pairing
 from flyreg_core.pipeline import PreparedBrain, Results
 from flyreg_core.project import Brain, Project
 from flyreg_gui.session import Session
 
-Pairing = Literal["coordinate", "arc length", "nearest"]
-PAIRINGS: tuple[Pairing, ...] = ("coordinate", "arc length", "nearest")
+PAIRINGS: tuple[Pairing, ...] = ("shape", "coordinate", "arc length", "nearest")
 PAIRING_TIP = (
-    "Which places of a curve belong together: at the same share of the way along the animal's "
-    "axis, at the same share of the curve's length, or nearest in the flat domain"
+    "What tells which places belong together: the shapes of both brains; or, each brain by itself, "
+    "the same share of the way along the animal's axis, the same share of the curve's length, or "
+    "the nearest place in the flat domain"
 )
 
 
@@ -176,8 +176,11 @@ class PreparationForm(QWidget):
         project = self._session.project
         if project is None:
             return None
-        boundary = LandmarkParameters(
-            self.per_seam.value(), self.per_side.value(), PAIRINGS[self.pairing.currentIndex()]
+        boundary = replace(
+            project.boundary,
+            per_seam=self.per_seam.value(),
+            per_side=self.per_side.value(),
+            pairing=PAIRINGS[self.pairing.currentIndex()],
         )
         return replace(
             project,

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flyreg_core.correspondence import PlacedLandmark
-from flyreg_gui.theme import KIND_COLORS, OFF, Theme
+from flyreg_core.landmarks import LandmarkPair
+from flyreg_gui.theme import KIND_COLORS, OFF, Color, Theme
 
 Floats = NDArray[np.float64]
 
@@ -49,12 +50,25 @@ def style_markers(
     pairs = [landmark.pair for landmark in landmarks]
     is_selected = np.array([pair.id in selected for pair in pairs], dtype=bool)
     sizes = np.array([size_of(pair.weight) for pair in pairs])
-    colors = [KIND_COLORS[pair.kind] if pair.weight > 0 else OFF for pair in pairs]
+    colors = [_color(pair, theme) for pair in pairs]
     array = np.array(colors, dtype=np.uint8).reshape(-1, 3)
     array[is_selected] = theme.selected
     sizes = np.where(is_selected, np.maximum(sizes, 1.0) * SELECTED_SIZE, sizes)
     ids, names = tuple(pair.id for pair in pairs), tuple(pair.name for pair in pairs)
     return MarkerStyle(ids, names, sizes, array, is_selected)
+
+
+def _color(pair: LandmarkPair, theme: Theme) -> Color:
+    """Return the colour of a kind, faint for what is only suggested."""
+    if pair.weight <= 0:
+        return OFF
+    color = KIND_COLORS[pair.kind]
+    if pair.origin != "suggested":
+        return color
+    red, green, blue = (
+        (own + behind) // 2 for own, behind in zip(color, theme.background, strict=True)
+    )
+    return red, green, blue
 
 
 def size_of(weight: float) -> float:

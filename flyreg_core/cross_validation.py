@@ -1,0 +1,109 @@
+"""How well landmarks foretell each other: leave-one-out errors, and the smoothing they speak for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flyreg_core.mesh import Booleans, Floats
+from flyreg_core.thin_plate_spline import LEAST_WEIGHT, affine_basis, kernel
+
+SMOOTHINGS = np.geomspace(1e-6, 1e2, 65)
+"""Values of lambda that are compared."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """The misfit of weighted landmarks to their spline, for every smoothing at once.
+
+    Of landmarks whose targets are scaled by the roots of their weights, a smoothing lambda leaves
+    `modes` lambda / (values + lambda) `amounts`.
+    """
+
+    is_used: Booleans  # (n,) landmarks that have a weight
+    root_weights: Floats  # (k,)
+    values: Floats  # (m,), at least 0
+    modes: Floats  # (k, m)
+    amounts: Floats  # (m, 2)
+
+
+@dataclass(frozen=True, eq=False)
+class CrossValidation:
+    """How badly splines of several smoothings foretell landmarks, in squares of the domain's width."""
+
+    smoothings: Floats  # (s,)
+    scores: Floats  # (s,)
+
+    @property
+    def best(self) -> float:
+        """The smoothing with the least score."""
+        return float(self.smoothings[np.argmin(self.scores)])
+
+
+def find_spectrum(sources: Floats, targets: Floats, weights: Floats) -> Spectrum:
+    """Return the spectrum of (n, 2) landmarks with (n,) weights; sources lie not all on one line.
+
+    Notes
+    -----
+    With B = W^1/2 K W^1/2 and Z spanning what is perpendicular to W^1/2 P, the misfit of (K + lambda
+    W^-1) w + P a = q is lambda W^-1 w = lambda W^-1/2 Z (Z^T B Z + lambda)^-1 Z^T W^1/2 q. O(n^3).
+
+    References
+    ----------
+    Wahba, Spline Models for Observational Data, SIAM 1990, chapter 4.
+    """
+    is_used = weights > LEAST_WEIGHT
+    root = np.sqrt(weights[is_used])
+    centers, goals = sources[is_used], targets[is_used]
+    basis = root[:, np.newaxis] * affine_basis(centers)
+    across = np.linalg.qr(basis, mode="complete")[0][:, basis.shape[1] :]
+    bent = across.T @ (root[:, np.newaxis] * kernel(centers, centers) * root) @ across
+    values, vectors = np.linalg.eigh(bent)
+    modes = across @ vectors
+    amounts = modes.T @ (root[:, np.newaxis] * goals)
+    return Spectrum(is_used, root, np.maximum(values, 0.0), modes, amounts)
+
+
+def leave_one_out(spectrum: Spectrum, smoothing: float) -> Floats:
+    """Return (n, 2) targets less where the spline of all others takes the sources; NaN if not used.
+
+    One landmark that is left out moves its misfit by 1 / (1 - its leverage): no spline is fitted
+    anew. Where nothing is foretold without a landmark, the error is infinite.
+    """
+    left = _left(spectrum, smoothing)
+    misfit = spectrum.modes @ (left[:, np.newaxis] * spectrum.amounts)
+    freedom = (spectrum.modes**2) @ left  # 1 less the leverage
+    errors = np.full((len(spectrum.is_used), misfit.shape[1]), np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        own = misfit / freedom[:, np.newaxis] / spectrum.root_weights[:, np.newaxis]
+    errors[spectrum.is_used] = np.where(freedom[:, np.newaxis] > 0, own, np.inf)
+    return errors
+
+
+def cross_validate(spectra: Sequence[Spectrum]) -> CrossValidation:
+    """Return the generalised cross-validation of a smoothing that several splines share.
+
+    References
+    ----------
+    Craven, Wahba, Smoothing noisy data with spline functions, Numerische Mathematik 31, 1979,
+    doi:10.1007/BF01404567.
+    """
+    count = sum(len(spectrum.root_weights) for spectrum in spectra)
+    scores = []
+    for smoothing in SMOOTHINGS:
+        left = [_left(spectrum, float(smoothing)) for spectrum in spectra]
+        misfit = sum(
+            float(((share[:, np.newaxis] * spectrum.amounts) ** 2).sum())
+            for share, spectrum in zip(left, spectra, strict=True)
+        )
+        freedom = sum(float(share.sum()) for share in left)
+        scores.append(count * misfit / max(freedom, np.finfo(float).tiny) ** 2)
+    return CrossValidation(SMOOTHINGS, np.array(scores))
+
+
+def _left(spectrum: Spectrum, smoothing: float) -> Floats:
+    """Return which share of each mode a spline leaves."""
+    total = spectrum.values + smoothing
+    return np.divide(smoothing, total, out=np.zeros_like(total), where=total > 0)

@@ -1,0 +1,79 @@
+"""How far a registration's landmarks agree: leave-one-out errors, smoothing, who folds the surface."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from flyreg_core.correspondence import FlatBrain, PlacedLandmark
+from flyreg_core.cross_validation import (
+    CrossValidation,
+    Spectrum,
+    cross_validate,
+    find_spectrum,
+    leave_one_out,
+)
+from flyreg_core.landmarks import HALVES, HalfName
+from flyreg_core.lift import Locators, Registration, lift
+from flyreg_core.mesh import Floats
+from flyreg_core.rectangle import from_plane
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """What the landmarks of a registration tell about each other."""
+
+    cross_validation: CrossValidation
+    leave_one_out_um: Mapping[str, float]  # by id of the landmarks in use
+    folds_by_landmark: Mapping[str, int]  # vertices moved to mend folds, by id of who is nearest
+
+
+def judge(
+    source: FlatBrain,
+    target: FlatBrain,
+    locators: Locators,
+    landmarks: tuple[PlacedLandmark, ...],
+    registration: Registration,
+    smoothing: float,
+) -> Judgement:
+    """Return how well each landmark is foretold by all others, and which ones fold the surface.
+
+    A landmark that both halves share has the larger of its two errors.
+    """
+    spectra: list[Spectrum] = []
+    errors: dict[str, float] = {}
+    folds: Counter[str] = Counter()
+    surface = target.dissection.surface.vertices
+    for half in HALVES:
+        acting = [mark for mark in landmarks if half in mark.plane]
+        ends = np.array([mark.plane[half] for mark in acting])
+        spectrum = find_spectrum(
+            ends[:, 0], ends[:, 1], np.array([mark.pair.weight for mark in acting])
+        )
+        spectra.append(spectrum)
+        misses = leave_one_out(spectrum, smoothing)
+        known = np.flatnonzero(np.isfinite(misses).all(axis=1))
+        there = _lifted(half, target, locators, ends[known, 1] - misses[known], surface)
+        for number, place in zip(known, there, strict=True):
+            mark = acting[number]
+            error = float(np.linalg.norm(place - mark.target_point))
+            errors[mark.pair.id] = max(error, errors.get(mark.pair.id, 0.0))
+        folded = source.halves[half].plane[registration.halves[half].is_mended]
+        used = [number for number, mark in enumerate(acting) if mark.pair.weight > 0]
+        nearest = np.asarray(KDTree(ends[used, 0]).query(folded)[1])
+        folds.update(acting[used[number]].pair.id for number in nearest.tolist())
+    return Judgement(cross_validate(spectra), errors, dict(folds.most_common()))
+
+
+def _lifted(
+    half: HalfName, target: FlatBrain, locators: Locators, places: Floats, surface: Floats
+) -> Floats:
+    """Return the (k, 3) points of the target's surface at (k, 2) places of the rectangle."""
+    other = target.halves[half]
+    u, beta = from_plane(places)
+    uv = np.stack([u, other.law.v(np.clip(beta, 0.0, 1.0))], axis=1)
+    return lift(uv, other, locators.halves[half], surface)

@@ -1,0 +1,154 @@
+"""Stage 5b: a source's halves laid flat so that what belongs together by shape lies in one place.
+
+Each brain laid flat alone shows its own pockets and folds; the same anatomy then lies in different
+places of the two rectangles, which no smooth spline of the plane can mend. Here the source is laid
+on the target's flat halves instead, vertex by vertex, as the shape map tells; the spline starts from
+there, and moves what landmarks say beyond that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import igl
+import numpy as np
+from scipy.optimize import isotonic_regression
+from scipy.spatial import KDTree
+
+from flyreg_core.boundary import Curve, CurveKey
+from flyreg_core.boundary_map import LEAST_ADVANCE, advance_around
+from flyreg_core.correspondence import FlatBrain
+from flyreg_core.cut import PIECES
+from flyreg_core.flatten import solve_means
+from flyreg_core.halves import FlatHalf, along_outer
+from flyreg_core.landmarks import HALVES, HalfName
+from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers
+from flyreg_core.progress import Report, within
+from flyreg_core.rectangle import perimeter_share, u_of_perimeter, wrapped
+from flyreg_core.shape_map import ShapeMap
+from flyreg_core.unfold import unfold
+
+LEAST_LIKENESS = 0.5
+"""Cosine of the largest angle between surfaces that belong together."""
+TOLERANCE = 3.0
+"""Places so many medians off the target's surface have no partner there."""
+FARTHEST_TURN = 0.3
+"""Places that would move farther around the hole, in whole turns, have no partner."""
+CURVE_STEPS = 2000
+"""Places along a target's curve among which the nearest is looked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Partners:
+    """The places on a target's surface that belong to points of a source by shape alone."""
+
+    points: Floats  # (n, 3), micrometres
+    face: Integers  # (n,), of the target's surface
+    barycentric: Floats  # (n, 3)
+    apart_um: Floats  # (n,) between the place and where the shape map takes the point
+    is_alike: Booleans  # (n,) whether both surfaces look the same way
+
+
+def find_partners(
+    points: Floats, normals: Floats, target: FlatBrain, to_target: ShapeMap
+) -> Partners:
+    """Return the partners of (n, 3) points of a source with their unit normals."""
+    surface = target.dissection.surface
+    squared, face, nearest = igl.point_mesh_squared_distance(
+        to_target(points), surface.vertices, surface.faces
+    )
+    corners = (np.ascontiguousarray(surface.vertices[surface.faces[face, k]]) for k in range(3))
+    barycentric = np.asarray(igl.barycentric_coordinates(nearest, *corners)).reshape(-1, 3)
+    barycentric = np.nan_to_num(barycentric, nan=1 / 3)
+    there = np.einsum("ij,ijk->ik", barycentric, surface.vertex_normals[surface.faces[face]])
+    likeness = (to_target.turned(points, normals) * there).sum(axis=1)
+    length = np.maximum(np.linalg.norm(there, axis=1), np.finfo(float).tiny)
+    is_alike = likeness / length > LEAST_LIKENESS
+    return Partners(nearest, face.astype(np.int64), barycentric, np.sqrt(squared), is_alike)
+
+
+def lay_over(
+    source: FlatBrain, target: FlatBrain, to_target: ShapeMap, report: Report
+) -> FlatBrain:
+    """Return the source with its halves and curves laid on those of the target.
+
+    Notes
+    -----
+    Vertices without a partner, in pockets that the target has not, are the weighted means of their
+    neighbours, as in `flatten`. Where partners fold the surface it is laid flat anew (`unfold`).
+    """
+    curves = {
+        key: _share_by_shape(curve, target.curves[key], to_target)
+        for key, curve in source.curves.items()
+    }
+    halves = {
+        half: _lay_half(
+            *(half, source, curves, target, to_target),
+            within(report, number / 2, (number + 1) / 2),
+        )
+        for number, half in enumerate(HALVES)
+    }
+    return replace(source, curves=curves, halves=halves)
+
+
+def _share_by_shape(curve: Curve, target: Curve, to_target: ShapeMap) -> Curve:
+    """Return a curve whose vertices have the shares of the places next to them on the target's."""
+    evenly = np.linspace(target.share[0], target.share[-1], CURVE_STEPS)
+    shares = np.union1d(evenly, target.share)
+    nearest = KDTree(target.at(shares)).query(to_target(curve.points))[1]
+    shift = shares[nearest] - curve.share
+    if curve.is_closed:
+        shift = wrapped(shift)
+        middle = np.angle(np.exp(2j * np.pi * shift).mean()) / (2 * np.pi)
+        shift = middle + wrapped(shift - middle)
+        return replace(curve, share=advance_around(curve.share, shift))
+    length = np.gradient(
+        curve.share
+    )  # a vertex counts for the part of the curve that it stands for
+    growing = isotonic_regression(shares[nearest], weights=length).x
+    growing = np.clip(growing, 0, 1)
+    growing[[0, -1]] = 0.0, 1.0
+    return replace(curve, share=(1 - LEAST_ADVANCE) * growing + LEAST_ADVANCE * curve.share)
+
+
+def _lay_half(
+    half: HalfName,
+    source: FlatBrain,
+    curves: Mapping[CurveKey, Curve],
+    target: FlatBrain,
+    to_target: ShapeMap,
+    report: Report,
+) -> FlatHalf:
+    report(0.0, "laying the source over the target")
+    own, other = source.halves[half], target.halves[half]
+    surface = source.dissection.surface
+    points, normals = surface.vertices[own.vertex_of], surface.vertex_normals[own.vertex_of]
+    partners = find_partners(points, normals, target, to_target)
+    piece = target.dissection.piece_of_face
+    is_sure = partners.is_alike & (piece[partners.face] == PIECES.index(half))
+    is_sure &= partners.apart_um <= TOLERANCE * float(np.median(partners.apart_um))
+    number = np.cumsum(piece == PIECES.index(half)) - 1  # of each face in its half
+    uv = own.flat.uv.copy()
+    place = np.einsum(
+        "ij,ijk->ik",
+        partners.barycentric[is_sure],
+        other.flat.corners[number[partners.face[is_sure]]],
+    )
+    turn = wrapped(place[:, 0] - uv[is_sure, 0])
+    uv[is_sure] = np.stack([uv[is_sure, 0] + turn, place[:, 1]], axis=1)
+    is_sure[np.flatnonzero(is_sure)[np.abs(turn) > FARTHEST_TURN]] = False
+    outer_share = along_outer(
+        half, {key: perimeter_share(key[0], curve.share) for key, curve in curves.items()}
+    )
+    hole_share = perimeter_share("hole", curves["hole", None].share[:-1])
+    is_boundary = np.zeros(len(uv), dtype=bool)
+    for loop, share, edge in ((own.outer, outer_share, 1.0), (own.hole, hole_share, 0.0)):
+        start = own.flat.uv[loop, 0]
+        uv[loop, 0] = start + wrapped(u_of_perimeter(half, share) - start)
+        uv[loop, 1] = edge
+        is_boundary[loop] = True
+    u, v = solve_means(own.springs, is_boundary | is_sure, *uv.T)
+    flat = FlatMesh(np.stack([u, v], axis=1), own.faces, own.flat.corner_shifts)
+    flat = unfold(flat, own.springs, is_boundary, within(report, 0.5, 1.0))
+    return replace(own, flat=flat, law=other.law, outer_share=outer_share, hole_share=hole_share)

@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flyreg_core.cross_validation import (
+    SMOOTHINGS,
+    cross_validate,
+    find_spectrum,
+    leave_one_out,
+)
+from flyreg_core.thin_plate_spline import affine_basis, fit_thin_plate_spline, kernel
+
+SEEDS = st.integers(0, 2**32 - 1)
+SMOOTHING = st.sampled_from([1e-6, 1e-3, 0.1, 10.0])
+
+
+def landmarks(seed, count=15, noise=0.1):
+    rng = np.random.default_rng(seed)
+    sources = rng.uniform(-1, 1, (count, 2))
+    targets = sources + rng.normal(scale=noise, size=sources.shape)
+    weights = rng.uniform(0.1, 10, count)
+    weights[3] = 0.0
+    return sources, targets, weights
+
+
+@given(seed=SEEDS, smoothing=SMOOTHING)
+def test_leaving_one_out_is_what_fitting_without_it_gives(seed, smoothing):
+    sources, targets, weights = landmarks(seed)
+    errors = leave_one_out(find_spectrum(sources, targets, weights), smoothing)
+    assert np.isnan(errors[3]).all()
+    for left_out in (0, 7, 14):
+        others = weights.copy()
+        others[left_out] = 0.0
+        spline = fit_thin_plate_spline(sources, targets, others, smoothing)
+        expected = targets[left_out] - spline(sources)[left_out]
+        assert errors[left_out] == pytest.approx(expected, rel=1e-6, abs=1e-8)
+
+
+@given(seed=SEEDS)
+def test_the_score_is_that_of_the_matrix_that_smooths(seed):
+    sources, targets, weights = landmarks(seed)
+    used = weights > 0
+    sources, targets, weights = sources[used], targets[used], weights[used]
+    scores = cross_validate([find_spectrum(sources, targets, weights)]).scores
+    n, root = len(weights), np.sqrt(weights)
+    for place in (8, 30, 56):
+        system = np.block(
+            [
+                [
+                    kernel(sources, sources) + SMOOTHINGS[place] * np.diag(1 / weights),
+                    affine_basis(sources),
+                ],
+                [affine_basis(sources).T, np.zeros((3, 3))],
+            ]
+        )
+        bending = np.linalg.inv(system)[:n, :n]  # of targets to the weights of the bumps
+        rest = SMOOTHINGS[place] * bending / root[:, None] / root[None]  # 1 less what smooths
+        misfit = rest @ (root[:, None] * targets)
+        expected = n * (misfit**2).sum() / np.trace(rest) ** 2
+        assert scores[place] == pytest.approx(expected, rel=1e-5)
+
+
+def test_exact_landmarks_ask_for_no_smoothing_and_noisy_ones_for_some():
+    rng = np.random.default_rng(5)
+    sources = rng.uniform(-1, 1, (120, 2))
+    bent = sources + 0.2 * np.sin(2 * sources[:, ::-1])
+    weights = np.ones(120)
+    exact = cross_validate([find_spectrum(sources, bent, weights)]).best
+    noisy = bent + rng.normal(scale=0.05, size=bent.shape)
+    best = cross_validate([find_spectrum(sources, noisy, weights)]).best
+    assert exact == SMOOTHINGS[0] < best
+    places = rng.uniform(-1, 1, (500, 2))
+    truth = places + 0.2 * np.sin(2 * places[:, ::-1])
+
+    def error(smoothing):
+        spline = fit_thin_plate_spline(sources, noisy, weights, smoothing)
+        return np.linalg.norm(spline(places) - truth, axis=1).mean()
+
+    assert error(best) < 1.2 * min(error(float(smoothing)) for smoothing in SMOOTHINGS)
+
+
+def test_landmarks_that_agree_with_an_affine_map_have_no_error():
+    sources, _, weights = landmarks(1)
+    targets = sources @ [[1.1, 0.1], [-0.2, 0.9]] + 0.3
+    errors = leave_one_out(find_spectrum(sources, targets, weights), 0.01)
+    assert np.nanmax(np.abs(errors)) < 1e-9

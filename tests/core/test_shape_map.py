@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+from flyreg_resources.demo import deform
+
+from flyreg_core.affine import AffineMap
+from flyreg_core.mesh import SurfaceMesh
+from flyreg_core.shape_map import fit_shape_map, spread_out
+
+IDENTITY = AffineMap(np.eye(3), np.zeros(3))
+
+
+@pytest.fixture(scope="module")
+def source(demo_source):
+    return demo_source.original
+
+
+@pytest.fixture(scope="module")
+def target(demo_target):
+    return demo_target.original
+
+
+@pytest.fixture(scope="module")
+def shape_map(source, target):
+    return fit_shape_map(source, target, IDENTITY)
+
+
+def test_it_finds_most_of_a_known_deformation(source, shape_map):
+    """The demo's target is its source, deformed by a known map."""
+    truth = deform(source.vertices)
+    before = np.linalg.norm(source.vertices - truth, axis=1).mean()
+    after = np.linalg.norm(shape_map(source.vertices) - truth, axis=1).mean()
+    assert after < 0.25 * before
+
+
+def test_it_can_be_gone_back(source, shape_map):
+    there = shape_map(source.vertices)
+    assert np.abs(shape_map.back(there) - source.vertices).max() < 1e-5
+
+
+def test_normals_turn_with_the_surface(source, shape_map):
+    moved = SurfaceMesh(shape_map(source.vertices), source.faces)
+    turned = shape_map.turned(source.vertices, source.vertex_normals)
+    likeness = (turned * moved.vertex_normals).sum(axis=1)
+    assert np.quantile(likeness, 0.05) > 0.95
+
+
+def test_a_moved_brain_is_moved_back(source):
+    angle = 0.3
+    turn = np.array(
+        [[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
+    )
+    moved = SurfaceMesh(1.2 * source.vertices @ turn.T + [10, 20, 30], source.faces)
+    found = fit_shape_map(moved, source, AffineMap(1.2 * turn, np.array([10.0, 20, 30])).inverse())
+    assert np.linalg.norm(found(moved.vertices) - source.vertices, axis=1).mean() < 1
+
+
+def test_a_mirror_image_is_mirrored_back(source):
+    mirror = AffineMap(np.diag([-1.0, 1.0, 1.0]), np.zeros(3))
+    moved = SurfaceMesh(mirror(source.vertices), source.faces[:, ::-1])
+    found = fit_shape_map(moved, source, mirror)
+    assert np.linalg.norm(found(moved.vertices) - source.vertices, axis=1).mean() < 1
+    turned = found.turned(moved.vertices, moved.vertex_normals)
+    likeness = (turned * source.vertex_normals).sum(axis=1)
+    assert np.quantile(likeness, 0.05) > 0.95
+
+
+def test_points_are_spread_out():
+    line = np.column_stack([np.arange(101.0), np.zeros(101), np.zeros(101)])
+    assert sorted(spread_out(line, 5)) == [0, 25, 50, 75, 100]
+    assert len(spread_out(line, 500)) == 101
