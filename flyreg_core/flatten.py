@@ -16,7 +16,7 @@ from scipy.sparse.linalg import splu
 
 from flyreg_core.errors import MeshError
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers
-from flyreg_core.orientation import signed_areas
+from flyreg_core.orientation import orientations, signed_areas
 from flyreg_core.progress import Report
 from flyreg_core.rectangle import wrapped
 from flyreg_core.smooth import averaging_matrix
@@ -28,6 +28,10 @@ LEAST_WEIGHT = 0.1
 """Least weight of a spring by its cotangents; the largest is the inverse."""
 STRONGEST_CHANGE = 6.0
 """No round changes a weight by more than this factor's logarithm."""
+
+
+MOST_EXTRA_ROUNDS = 4
+"""As many rounds follow while rounding still turns faces over, in pockets that crowd too much."""
 
 
 @dataclass(frozen=True)
@@ -110,13 +114,14 @@ def flatten(
         u[is_fixed] = solved[is_fixed]
         u, v = _pass_means(ring, edges, jumps, is_fixed, u, v, parameters.passes, report)
         return FlatMesh(np.stack([u, v], axis=1), ring.faces, shifts), springs
-    for done in range(parameters.rounds + 1):
-        report(done / (parameters.rounds + 1), "flattening")
+    for done in range(parameters.rounds + MOST_EXTRA_ROUNDS + 1):
+        report(min(done / (parameters.rounds + 1), 1.0), "flattening")
         u, v = _least_twisted(springs, *solve_means(springs, is_fixed, u, v))
         flat = FlatMesh(np.stack([u, v], axis=1), ring.faces, shifts)
-        if done == parameters.rounds:
+        is_last = done == parameters.rounds + MOST_EXTRA_ROUNDS
+        if is_last or (done >= parameters.rounds and (orientations(flat.corners) > 0).all()):
             return flat, springs
-        crowding = _crowding(flat, edges, face_areas)
+        crowding = find_crowding(flat, edges, face_areas)
         springs = Springs(edges, jumps, springs.weights * crowding)
     raise MeshError(f"the number of rounds must be at least 0, not {parameters.rounds}")
 
@@ -254,7 +259,7 @@ def _boundary_values(ring: Ring, edges: Integers, jumps: Integers) -> tuple[Floa
     return u, v
 
 
-def _crowding(flat: FlatMesh, edges: Integers, face_areas: Floats) -> Floats:
+def find_crowding(flat: FlatMesh, edges: Integers, face_areas: Floats) -> Floats:
     """Return for each edge how much flat area its faces have for their area on the surface.
 
     Springs weakened where the flat faces are crowded let them grow (Yoshizawa, Belyaev, Seidel).

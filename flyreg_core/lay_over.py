@@ -20,14 +20,14 @@ from flyreg_core.boundary import Curve, CurveKey
 from flyreg_core.boundary_map import LEAST_ADVANCE, advance_around
 from flyreg_core.correspondence import FlatBrain
 from flyreg_core.cut import PIECES
-from flyreg_core.flatten import solve_means
+from flyreg_core.flatten import Springs, find_crowding, solve_means
 from flyreg_core.halves import FlatHalf, along_outer
 from flyreg_core.landmarks import HALVES, HalfName
-from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers
+from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.progress import Report, within
 from flyreg_core.rectangle import perimeter_share, u_of_perimeter, wrapped
 from flyreg_core.shape_map import ShapeMap
-from flyreg_core.unfold import unfold
+from flyreg_core.unfold import count_flipped, unfold
 
 LEAST_LIKENESS = 0.5
 """Cosine of the largest angle between surfaces that belong together."""
@@ -35,6 +35,10 @@ TOLERANCE = 3.0
 """Places so many medians off the target's surface have no partner there."""
 FARTHEST_TURN = 0.3
 """Places that would move farther around the hole, in whole turns, have no partner."""
+LEAST_SLOPE = 0.1
+"""Least growth of a share along a curve; places that crowd more cannot be told apart flat."""
+MOST_ROUNDS = 4
+"""How often what rounding turns over, in pockets that crowd too much, is given more room."""
 CURVE_STEPS = 2000
 """Places along a target's curve among which the nearest is looked for."""
 
@@ -97,19 +101,24 @@ def _share_by_shape(curve: Curve, target: Curve, to_target: ShapeMap) -> Curve:
     evenly = np.linspace(target.share[0], target.share[-1], CURVE_STEPS)
     shares = np.union1d(evenly, target.share)
     nearest = KDTree(target.at(shares)).query(to_target(curve.points))[1]
-    shift = shares[nearest] - curve.share
-    if curve.is_closed:
-        shift = wrapped(shift)
-        middle = np.angle(np.exp(2j * np.pi * shift).mean()) / (2 * np.pi)
-        shift = middle + wrapped(shift - middle)
-        return replace(curve, share=advance_around(curve.share, shift))
-    length = np.gradient(
-        curve.share
-    )  # a vertex counts for the part of the curve that it stands for
-    growing = isotonic_regression(shares[nearest], weights=length).x
-    growing = np.clip(growing, 0, 1)
-    growing[[0, -1]] = 0.0, 1.0
-    return replace(curve, share=(1 - LEAST_ADVANCE) * growing + LEAST_ADVANCE * curve.share)
+    if not curve.is_closed:
+        growing = np.clip(_growing(curve.share, shares[nearest]), 0, 1)
+        growing[[0, -1]] = 0.0, 1.0
+        return replace(curve, share=(1 - LEAST_ADVANCE) * growing + LEAST_ADVANCE * curve.share)
+    shift = wrapped(shares[nearest] - curve.share)[:-1]
+    middle = np.angle(np.exp(2j * np.pi * shift).mean()) / (2 * np.pi)
+    shift = middle + wrapped(shift - middle)
+    thrice = np.concatenate([curve.share[:-1] + turn for turn in (-1, 0, 1)])
+    once = _growing(thrice, thrice + np.tile(shift, 3))[len(shift) : 2 * len(shift)]
+    moved = np.append(once, once[0] + 1) - curve.share
+    return replace(curve, share=advance_around(curve.share, moved))
+
+
+def _growing(share: Floats, goal: Floats) -> Floats:
+    """Return the shares nearest to goals that grow everywhere, at least a little."""
+    length = np.gradient(share)  # a vertex counts for the part of the curve that it stands for
+    steep = isotonic_regression(goal - LEAST_SLOPE * share, weights=length).x
+    return np.asarray(LEAST_SLOPE * share + steep)
 
 
 def _lay_half(
@@ -148,7 +157,22 @@ def _lay_half(
         uv[loop, 0] = start + wrapped(u_of_perimeter(half, share) - start)
         uv[loop, 1] = edge
         is_boundary[loop] = True
-    u, v = solve_means(own.springs, is_boundary | is_sure, *uv.T)
-    flat = FlatMesh(np.stack([u, v], axis=1), own.faces, own.flat.corner_shifts)
-    flat = unfold(flat, own.springs, is_boundary, within(report, 0.5, 1.0))
-    return replace(own, flat=flat, law=other.law, outer_share=outer_share, hole_share=hole_share)
+    springs = own.springs
+    face_areas = SurfaceMesh(points, own.faces).face_areas
+    for done in range(MOST_ROUNDS):
+        part = within(report, done / MOST_ROUNDS, (done + 1) / MOST_ROUNDS)
+        u, v = solve_means(springs, is_boundary | is_sure, *uv.T)
+        flat = FlatMesh(np.stack([u, v], axis=1), own.faces, own.flat.corner_shifts)
+        flat = unfold(flat, springs, is_boundary, part)
+        if count_flipped(flat) == 0:
+            break
+        crowding = find_crowding(flat, springs.edges, face_areas)
+        springs = Springs(springs.edges, springs.jumps, springs.weights * crowding)
+    return replace(
+        own,
+        flat=flat,
+        springs=springs,
+        law=other.law,
+        outer_share=outer_share,
+        hole_share=hole_share,
+    )

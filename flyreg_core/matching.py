@@ -17,9 +17,6 @@ from flyreg_core.skin import NORMAL_UM
 from flyreg_core.torus import ORIGINS, Torus
 from flyreg_core.trim import TrimPlanes
 
-FARTHEST = 0.95
-"""How far towards the side of the source a plane may be carried, as a share of the way there."""
-
 
 @dataclass(frozen=True, eq=False)
 class CarriedCut:
@@ -47,7 +44,6 @@ class Match:
 
 
 def match_to_target(
-    source: SurfaceMesh,
     own: BrainFrame,
     target: Torus,
     dissection: Dissection,
@@ -66,10 +62,6 @@ def match_to_target(
     to_target : ShapeMap, optional
         Without it the source is trimmed and cut by its own shape alone.
 
-    Notes
-    -----
-    Where a plane would miss the source, which may lack an optic lobe that the target has, it stops
-    just before its side.
     """
     frame = own if alignment.candidates[0].signs == OWN else alignment.frame
     if to_target is None:
@@ -77,13 +69,9 @@ def match_to_target(
     inside = target.frame.coordinates(target.surface.vertices)
     is_cap = target.origin_of_vertex == ORIGINS.index("trimmed")
     is_left = inside[:, LEFT_RIGHT] > (target.planes.right + target.planes.left) / 2
-    sides = frame.coordinates(source.vertices)[:, LEFT_RIGHT]
-    ends = []
-    for side, farthest in ((~is_left, sides.min()), (is_left, sides.max())):
-        cap = to_target.back(target.surface.vertices[is_cap & side])
-        carried = float(frame.coordinates(cap)[:, LEFT_RIGHT].mean())
-        ends.append(np.sign(farthest) * min(abs(carried), FARTHEST * abs(float(farthest))))
-    planes = TrimPlanes(right=float(ends[0]), left=float(ends[1]))
+    caps = (to_target.back(target.surface.vertices[is_cap & side]) for side in (~is_left, is_left))
+    right, left = (float(frame.coordinates(cap)[:, LEFT_RIGHT].mean()) for cap in caps)
+    planes = TrimPlanes(right, left)
     return Match(frame, planes, _carried_cut(dissection, to_target), target.grid_runs_right)
 
 

@@ -43,12 +43,12 @@ from flyreg_core.project import Brain, Project
 from flyreg_core.shape_map import ShapeMap, fit_shape_map
 from flyreg_core.simplify import Simplified, simplify
 from flyreg_core.smooth import SmoothParameters, smooth
-from flyreg_core.solid import VoxelSolid, voxelize
+from flyreg_core.solid import VoxelSolid, close_solid, voxelize
 from flyreg_core.suggestions import suggest_pairs
 from flyreg_core.surface_distance import Distances, measure_distances
 from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline, kernel
-from flyreg_core.torus import Torus, make_torus
-from flyreg_core.trim import TrimParameters, TrimPlanes
+from flyreg_core.torus import CLOSING, Torus, make_torus
+from flyreg_core.trim import TrimParameters, TrimPlanes, within_solid
 
 T = TypeVar("T")
 
@@ -200,7 +200,7 @@ class Pipeline:
         if project.boundary.is_by_shape:
             to_target = self._bend(raw, target.raw, alignment, report=within(report, 0.55, 0.65))
         match = self._match(
-            *(raw, frame, target.torus, target.flat.dissection, alignment, to_target),
+            *(frame, target.torus, target.flat.dissection, alignment, to_target),
             report=report,
         )
         source = target
@@ -299,7 +299,8 @@ def _torus(
     report: Report,
 ) -> Torus:
     if planes is not None:
-        trimming = trimming.completed_by(TrimParameters(planes.right, planes.left))
+        closed = close_solid(solid, CLOSING[0])
+        trimming = trimming.completed_by(within_solid(planes, closed))
     return make_torus(raw, solid, trimming, handles, report, grid_runs_right)
 
 
@@ -315,7 +316,6 @@ def _align(
 
 
 def _match(
-    source: SurfaceMesh,
     own: BrainFrame,
     target: Torus,
     dissection: Dissection,
@@ -323,7 +323,7 @@ def _match(
     to_target: ShapeMap | None,
     report: Report,
 ) -> Match:
-    return match_to_target(source, own, target, dissection, alignment, to_target)
+    return match_to_target(own, target, dissection, alignment, to_target)
 
 
 def _bend(

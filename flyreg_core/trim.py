@@ -17,6 +17,9 @@ NECK_SEARCH = (0.45, 0.75)
 PROFILE_BLUR = 0.02
 """Width of the blur over the silhouette's height, as a share of the brain's width."""
 
+FARTHEST = 0.95
+"""How far out a plane may be carried, as a share of the way to the side of the brain."""
+
 
 @dataclass(frozen=True)
 class TrimParameters:
@@ -48,6 +51,18 @@ class TrimPlanes:
     def mirrored(self) -> TrimPlanes:
         """Return the same planes in a frame with left and right exchanged."""
         return TrimPlanes(right=-self.left, left=-self.right)
+
+
+def within_solid(planes: TrimPlanes, solid: VoxelSolid) -> TrimParameters:
+    """Return planes moved inwards to where there still is a brain to be trimmed.
+
+    A source may lack an optic lobe that the target has.
+    """
+    sides = solid.coordinates(LEFT_RIGHT)[solid.inside.any(axis=(1, 2))]
+    return TrimParameters(
+        max(planes.right, FARTHEST * float(sides.min())),
+        min(planes.left, FARTHEST * float(sides.max())),
+    )
 
 
 def find_trim_planes(solid: VoxelSolid, parameters: TrimParameters) -> TrimPlanes:

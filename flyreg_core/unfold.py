@@ -47,7 +47,7 @@ def unfold(flat: FlatMesh, springs: Springs, is_fixed: Booleans, report: Report)
         u, v = solve_means(springs, ~freed, flat.uv[:, 0], flat.uv[:, 1])
         flat = FlatMesh(np.stack([u, v], axis=1), flat.faces, flat.corner_shifts)
         flipped = orientations(flat.corners) <= 0
-        width += 1
+        width *= 2
     return flat
 
 

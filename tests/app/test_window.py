@@ -402,3 +402,12 @@ def test_smoothing_is_shown_whoever_changed_it(qtbot, window):
         window.landmarks.smoothing_slider.value()
     ) == pytest.approx(0.5, rel=0.05)
     settle(qtbot, window)
+
+
+def test_a_closed_window_holds_nothing_that_qt_has_deleted(window):
+    """A wrapper that outlives its OpenGL surface would be taken for the next object there."""
+    canvases = [frame.canvas for frame in window.view_area.frames]
+    assert all(canvas._surface is not None for canvas in canvases if canvas.isVisible())
+    window.session.undo_stack.setClean()
+    window.close()
+    assert [canvas for canvas in canvases if canvas._surface or canvas._ctx] == []

@@ -144,7 +144,7 @@ def test_a_file_name_that_is_no_text_round_trips(tmp_path):
 def test_the_file_says_its_format_and_program(tmp_path):
     content = json.loads(saved(tmp_path / "a.flyreg").read_text(encoding="utf-8"))
     assert content["flyreg"].keys() == {"format", "program"}
-    assert content["flyreg"]["format"] == 2
+    assert content["flyreg"]["format"] == 3
 
 
 def test_entries_that_are_missing_have_their_defaults(tmp_path):
@@ -204,8 +204,8 @@ def test_a_missing_brain_keeps_its_place(tmp_path):
 
 
 def test_a_newer_format_asks_for_an_update(tmp_path):
-    with pytest.raises(ProjectError, match=r"from a newer flyreg \(.*, format 3\).* update flyreg"):
-        load_project(changed(tmp_path / "a.flyreg", ["flyreg", "format"], 3))
+    with pytest.raises(ProjectError, match=r"from a newer flyreg \(.*, format 4\).* update flyreg"):
+        load_project(changed(tmp_path / "a.flyreg", ["flyreg", "format"], 4))
 
 
 def test_a_brain_of_format_1_is_a_surface(tmp_path):
@@ -235,8 +235,8 @@ def test_an_older_format_is_upgraded_step_by_step(tmp_path, monkeypatch):
     content = json.loads(path.read_text())
     del content["project"]["smoothing"]
     path.write_text(json.dumps(content))
-    monkeypatch.setattr(project_file, "UPGRADES", {2: rename, 3: dict})
-    monkeypatch.setattr(project_file, "FORMAT", 4)
+    monkeypatch.setattr(project_file, "UPGRADES", {3: rename, 4: dict})
+    monkeypatch.setattr(project_file, "FORMAT", 5)
     assert load_project(path) == replace(PROJECT, smoothing=0.5)
 
 

@@ -67,6 +67,14 @@ class Canvas(QtInteractor):
         self.renderer.ResetCameraClippingRange()
         self.update()
 
+    def end(self) -> None:
+        """End VTK, and let go of what Qt deletes after it.
+
+        A Python object that outlives Qt's surface would be taken for the next thing at its address.
+        """
+        self.close()
+        self._ctx = self._surface = self._gl = None
+
     def set_samples(self, samples: int) -> None:
         """Draw with so many samples per pixel from now on."""
         window: Any = self.ren_win

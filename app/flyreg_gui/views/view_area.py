@@ -189,7 +189,7 @@ class ViewArea(QWidget):
     def close_canvases(self) -> None:
         """End VTK in each view; nothing can be drawn afterwards."""
         for frame in self.frames:
-            frame.canvas.close()
+            frame.canvas.end()
 
     # News
 
