@@ -254,6 +254,32 @@ def test_delete_sets_landmarks_on_the_boundary_to_weight_0(qtbot, window):
     settle(qtbot, window)
 
 
+def test_a_suggestion_is_accepted_or_dropped(qtbot, window):
+    suggested = [m.pair for m in window.session.results.landmarks if m.pair.origin == "suggested"]
+    kept, dropped = suggested[:2]
+    assert not window.landmarks.accept_button.isEnabled()
+    window.selection.select([kept.id])
+    qtbot.mouseClick(window.landmarks.accept_button, LEFT)
+    (own,) = window.session.project.pairs
+    assert (own.source, own.target, own.origin) == (kept.source, kept.target, "user")
+    assert window.session.project.weights[kept.id] == 0
+    settle(qtbot, window)
+    window.selection.select([dropped.id])
+    press(qtbot, window, Qt.Key.Key_Delete)
+    assert window.session.project.weights[dropped.id] == 0
+    settle(qtbot, window)
+    acting = {m.pair.id for m in window.session.results.landmarks if m.pair.weight > 0}
+    assert own.id in acting
+    assert not {kept.id, dropped.id} & acting
+
+
+def test_the_smoothing_of_cross_validation_is_one_click_away(qtbot, window):
+    best = window.session.results.judgement.cross_validation.best
+    qtbot.mouseClick(window.landmarks.best_button, LEFT)
+    assert window.session.project.smoothing == best
+    settle(qtbot, window)
+
+
 def test_cancelling_a_preparation_keeps_what_is_on_show(qtbot, window):
     steps, before = window.steps, window.session.results
     qtbot.mouseClick(steps.settings_button, LEFT)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,35 @@ def test_the_report_has_all_that_scripts_read(registered: Path) -> None:
     assert {"flyreg", "python", "numpy"} <= report["versions"].keys()
     assert report["seconds"]["total"] >= sum(report["seconds"]["by_stage"].values()) * 0.9
     assert isinstance(report["warnings"], list)
+
+
+def test_another_program_can_check_that_nothing_folds(registered: Path) -> None:
+    """By rational numbers: every signed area is positive, and they add up to the strip's."""
+    flat, report = np.load(registered / "flat.npz"), report_of(registered)
+    for half in ("anterior", "posterior"):
+        corners = flat[f"{half}_registered_uv"][flat[f"{half}_faces"]]
+        corners[..., 0] += flat[f"{half}_corner_shifts"]
+        total = Fraction(0)
+        for triangle in corners.tolist():
+            (ax, ay), (bx, by), (cx, cy) = (map(Fraction, place) for place in triangle)
+            area = ((bx - ax) * (cy - ay) - (by - ay) * (cx - ax)) / 2
+            assert area > 0
+            total += area
+        assert float(total) == pytest.approx(1, abs=1e-9)
+        certificate = report["halves"][half]["certificate"]
+        assert certificate["not_positive"] == 0
+        assert certificate["sum_of_signed_areas"] == pytest.approx(float(total), abs=1e-12)
+
+
+def test_the_report_tells_how_well_each_landmark_is_foretold(registered: Path) -> None:
+    report = report_of(registered)
+    assert len(report["landmark_list"]) == sum(report["landmarks"].values())
+    assert report["landmarks"]["automatic"] > 50
+    for mark in report["landmark_list"]:
+        assert mark["residual_um"] >= 0
+        assert mark["leave_one_out_um"] >= 0
+    curve = report["smoothing_by_cross_validation"]
+    assert curve["best"] == curve["smoothings"][int(np.argmin(curve["scores"]))]
 
 
 def test_the_registered_mesh_is_closed_and_carries_its_properties(registered: Path) -> None:

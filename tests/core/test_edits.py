@@ -125,6 +125,29 @@ def test_removing_nothing_changes_nothing():
     assert edits.remove_pairs(PROJECT, []) == PROJECT
 
 
+def test_an_accepted_suggestion_is_the_users_own_and_acts_once():
+    suggested = replace(
+        ONE, id="suggested-a", name="suggested anterior 3", weight=0.05, origin="suggested"
+    )
+    edited = edits.accept_suggestions(PROJECT, [suggested])
+    own = edited.pairs[-1]
+    assert (own.name, own.weight, own.origin) == ("anterior 3", 1.0, "user")
+    assert (own.source, own.target) == (suggested.source, suggested.target)
+    assert edited.weights["suggested-a"] == 0
+
+
+def test_the_literal_method_keeps_landmarks_and_everything_else():
+    paper = edits.as_in_the_paper(PROJECT)
+    assert paper.boundary.pairing == "nearest"
+    assert not paper.boundary.is_by_shape
+    assert paper.source.flatten.passes == paper.target.flatten.passes == 500
+    assert (paper.pairs, paper.weights, paper.smoothing) == (
+        PROJECT.pairs,
+        PROJECT.weights,
+        PROJECT.smoothing,
+    )
+
+
 def test_a_pair_is_renamed():
     assert edits.rename_pair(PROJECT, "u1", "gall").pairs == (replace(ONE, name="gall"), TWO)
     assert edits.rename_pair(PROJECT, "u1", "calyx") == PROJECT
