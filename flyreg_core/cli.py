@@ -207,7 +207,9 @@ def _transform(arguments: argparse.Namespace) -> None:
     points = table.points * UM_PER_UNIT[arguments.unit or units[0]]
     is_mirrored = results.source.frame.is_mirrored != results.target.frame.is_mirrored
     in_pocket = find_in_pockets(points, brains[0].torus, brains[0].raw, reach)
-    moved = transform_points(points, start, end, reach, is_mirrored, in_pocket)
+    by_shape = results.to_target
+    to_end = None if by_shape is None else by_shape.back if arguments.inverse else by_shape
+    moved = transform_points(points, start, end, reach, is_mirrored, in_pocket, to_end)
     write_points(arguments.output, table, moved, UM_PER_UNIT[arguments.unit or units[1]])
     mapped = int(moved.is_mapped.sum())
     facts = {"points": len(points), "mapped": mapped, "outside": len(points) - mapped}

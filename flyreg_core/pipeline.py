@@ -88,6 +88,7 @@ class Results:
     source: PreparedBrain
     target: PreparedBrain
     alignment: Alignment  # of the source as read with the target as read
+    to_target: ShapeMap | None  # of space, from the outsides alone; None: not asked for
     landmarks: tuple[PlacedLandmark, ...]
     registration: Registration
     distances: Distances | None  # registered to target and back; None: not measured
@@ -257,7 +258,7 @@ class Pipeline:
         seconds = {memo.name: memo.seconds for memo in memos}
         warnings = find_warnings(source, target, alignment, pairs, landmarks, registration)
         return Results(
-            *(project, source, target, alignment, landmarks),
+            *(project, source, target, alignment, to_target, landmarks),
             *(registration, distances, judgement, warnings, seconds),
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import igl
@@ -53,10 +54,12 @@ def transform_points(
     reach_um: float = REACH_UM,
     is_mirrored: bool = False,
     is_in_pocket: Booleans | None = None,
+    to_end: Callable[[Floats], Floats] | None = None,
 ) -> TransformedPoints:
     """Return points carried from one surface to another one that has the same faces.
 
-    Each point keeps its place on its nearest face and its signed distance along the normal there.
+    Each point goes along with the nearest place of the surface and stays as far from it: in the
+    direction in which a smooth map of space takes it, or without one along the normal.
 
     Parameters
     ----------
@@ -70,6 +73,8 @@ def transform_points(
         Whether the faces are seen from inside on one of the surfaces and from outside on the other.
     is_in_pocket : (n,) bool, optional
         Points that are mapped however far they lie from `start`, see `find_in_pockets`.
+    to_end : function of (n, 3) float, optional
+        A smooth map of space that takes the surroundings of `start` about to those of `end`.
     """
     squared, face, nearest = igl.point_mesh_squared_distance(points, start.vertices, start.faces)
     corners = start.faces[face]
@@ -81,12 +86,16 @@ def transform_points(
         return np.asarray(np.einsum("ij,ijk->ik", barycentric, values[corners]))
 
     distance = np.sqrt(squared)
-    outwards = np.einsum("ij,ij->i", points - nearest, carried(start.vertex_normals))
-    normal = carried(end.vertex_normals)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
-    signed = np.sign(outwards) * distance * (-1 if is_mirrored else 1)
-    moved = carried(end.vertices) + signed[:, None] * normal
+    if to_end is None:
+        away = points - nearest
+        outwards = np.sign(np.einsum("ij,ij->i", away, carried(start.vertex_normals)))
+        sense = -outwards if is_mirrored else outwards
+        direction = sense[:, None] * carried(end.vertex_normals)
+    else:
+        direction = to_end(points) - to_end(nearest)
+    length = np.linalg.norm(direction, axis=1, keepdims=True)
+    direction = np.divide(direction, length, out=np.zeros_like(direction), where=length > 0)
+    moved = carried(end.vertices) + distance[:, None] * direction
     is_mapped = distance <= reach_um
     if is_in_pocket is not None:
         is_mapped |= is_in_pocket

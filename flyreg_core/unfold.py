@@ -12,6 +12,9 @@ from flyreg_core.progress import Report
 RELAXATIONS = 100
 """How often vertices of flipped faces move before more of them are freed."""
 
+SMALL_STEPS = 20
+"""How often one more ring around flipped faces is freed before ever wider ones are."""
+
 
 def count_flipped(flat: FlatMesh) -> int:
     """Return how many faces are flipped or have no area, decided exactly."""
@@ -31,12 +34,12 @@ def unfold(flat: FlatMesh, springs: Springs, is_fixed: Booleans, report: Report)
     Notes
     -----
     First the vertices of flipped faces, and no others, move to the means of their neighbours,
-    again and again. Where that does not end, ever wider rings around flipped faces are freed and
-    laid flat anew; when all are free the result is one-to-one by Tutte's theorem.
+    again and again. Where that does not end, rings around flipped faces are freed and laid flat
+    anew, in the end ever wider ones; when all are free the result is one-to-one by Tutte's theorem.
     """
     flat, flipped = _relax(flat, springs, is_fixed, report)
     freed = np.zeros(len(flat.uv), dtype=bool)
-    width = 1
+    width, tries = 1, 0
     while flipped.any() and not (freed | is_fixed).all():
         report(0.5, "removing folds")
         around = np.zeros(len(flat.uv), dtype=bool)
@@ -47,7 +50,8 @@ def unfold(flat: FlatMesh, springs: Springs, is_fixed: Booleans, report: Report)
         u, v = solve_means(springs, ~freed, flat.uv[:, 0], flat.uv[:, 1])
         flat = FlatMesh(np.stack([u, v], axis=1), flat.faces, flat.corner_shifts)
         flipped = orientations(flat.corners) <= 0
-        width *= 2
+        tries += 1
+        width = width if tries < SMALL_STEPS else 2 * width
     return flat
 
 
