@@ -23,8 +23,9 @@ from flyreg_core.landmarks import (
     LandmarkParameters,
     Pairing,
 )
-from flyreg_core.mesh import Floats, Integers
+from flyreg_core.mesh import Floats
 from flyreg_core.rectangle import perimeter_share, to_plane, u_of_perimeter, wrapped
+from flyreg_core.surface_places import find_places
 
 LENGTH_SHARE = 0.1
 """Share of arc length mixed into coordinate pairing, so that a curve that turns back still advances."""
@@ -171,11 +172,12 @@ def place_landmarks(
         else:
             points.append(_boundary_points(source, target, pair))
             planes.append(_boundary_planes(pair))
-    faces, corners = _on_surface(source, np.array([start for start, _ in points]).reshape(-1, 3))
+    starts = np.array([start for start, _ in points]).reshape(-1, 3)
+    places = find_places(starts, source.dissection.surface)
     return tuple(
         PlacedLandmark(pair, start, end, int(face), corner, plane)
         for pair, (start, end), face, corner, plane in zip(
-            complete, points, faces, corners, planes, strict=True
+            complete, points, places.face, places.barycentric, planes, strict=True
         )
     )
 
@@ -203,17 +205,6 @@ def _key(pair: LandmarkPair) -> CurveKey:
     if pair.kind == "interior":
         raise ValueError(f"landmark {pair.name} lies on no curve")
     return pair.kind, pair.half
-
-
-def _on_surface(brain: FlatBrain, points: Floats) -> tuple[Integers, Floats]:
-    """Return the face of the surface nearest to each point and barycentric coordinates there."""
-    surface = brain.dissection.surface
-    _, faces, nearest = igl.point_mesh_squared_distance(points, surface.vertices, surface.faces)
-    triangles = surface.vertices[surface.faces[faces]]
-    corners = igl.barycentric_coordinates(
-        nearest, *(np.ascontiguousarray(triangles[:, corner]) for corner in range(3))
-    )
-    return faces, np.asarray(corners).reshape(-1, 3)
 
 
 def _place_interior(

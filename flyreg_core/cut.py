@@ -93,8 +93,11 @@ def dissect(
     turn = torus.turn[torus.nearest_vertices(surface.vertices)]
     knots = find_cut_knots(torus, smoothed, (right < 0, left < 0))
     knots = knots + np.array([0.0, parameters.shift_um])
-    own = height_over_cut(torus, smoothed, knots)
-    height = own if carried is None else carried - parameters.shift_um
+    height = (
+        height_over_cut(torus, smoothed, knots)
+        if carried is None
+        else carried - parameters.shift_um
+    )
     height = keep_largest_regions(surface.faces, height)
     links = find_links(surface.faces, len(surface.vertices))
     is_behind = move_border(links, _rings(surface, turn, height >= 0), height)

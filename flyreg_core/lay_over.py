@@ -9,9 +9,8 @@ there, and moves what landmarks say beyond that.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-import igl
 import numpy as np
 from scipy.optimize import isotonic_regression
 from scipy.spatial import KDTree
@@ -23,10 +22,11 @@ from flyreg_core.cut import PIECES
 from flyreg_core.flatten import Springs, find_crowding, solve_means
 from flyreg_core.halves import FlatHalf, along_outer
 from flyreg_core.landmarks import HALVES, HalfName
-from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
+from flyreg_core.mesh import Booleans, FlatMesh, Floats, SurfaceMesh
 from flyreg_core.progress import Report, within
 from flyreg_core.rectangle import perimeter_share, u_of_perimeter, wrapped
 from flyreg_core.shape_map import ShapeMap
+from flyreg_core.surface_places import SurfacePlaces, find_places
 from flyreg_core.unfold import count_flipped, unfold
 
 LEAST_LIKENESS = 0.5
@@ -43,33 +43,27 @@ CURVE_STEPS = 2000
 """Places along a target's curve among which the nearest is looked for."""
 
 
-@dataclass(frozen=True, eq=False)
-class Partners:
-    """The places on a target's surface that belong to points of a source by shape alone."""
-
-    points: Floats  # (n, 3), micrometres
-    face: Integers  # (n,), of the target's surface
-    barycentric: Floats  # (n, 3)
-    apart_um: Floats  # (n,) between the place and where the shape map takes the point
-    is_alike: Booleans  # (n,) whether both surfaces look the same way
-
-
 def find_partners(
     points: Floats, normals: Floats, target: FlatBrain, to_target: ShapeMap
-) -> Partners:
-    """Return the partners of (n, 3) points of a source with their unit normals."""
+) -> tuple[SurfacePlaces, Booleans]:
+    """Return the places of the target next to where (n, 3) points of a source come to lie.
+
+    Parameters
+    ----------
+    normals : (n, 3) float
+        Unit normals of the source's surface at the points.
+
+    Returns
+    -------
+    SurfacePlaces, (n,) bool
+        The places on the target's surface, and whether both surfaces look the same way there.
+    """
     surface = target.dissection.surface
-    squared, face, nearest = igl.point_mesh_squared_distance(
-        to_target(points), surface.vertices, surface.faces
-    )
-    corners = (np.ascontiguousarray(surface.vertices[surface.faces[face, k]]) for k in range(3))
-    barycentric = np.asarray(igl.barycentric_coordinates(nearest, *corners)).reshape(-1, 3)
-    barycentric = np.nan_to_num(barycentric, nan=1 / 3)
-    there = np.einsum("ij,ijk->ik", barycentric, surface.vertex_normals[surface.faces[face]])
+    places = find_places(to_target(points), surface)
+    there = places.carried(surface.vertex_normals, surface.faces)
     likeness = (to_target.turned(points, normals) * there).sum(axis=1)
     length = np.maximum(np.linalg.norm(there, axis=1), np.finfo(float).tiny)
-    is_alike = likeness / length > LEAST_LIKENESS
-    return Partners(nearest, face.astype(np.int64), barycentric, np.sqrt(squared), is_alike)
+    return places, likeness / length > LEAST_LIKENESS
 
 
 def lay_over(
@@ -130,23 +124,8 @@ def _lay_half(
     report: Report,
 ) -> FlatHalf:
     report(0.0, "laying the source over the target")
-    own, other = source.halves[half], target.halves[half]
-    surface = source.dissection.surface
-    points, normals = surface.vertices[own.vertex_of], surface.vertex_normals[own.vertex_of]
-    partners = find_partners(points, normals, target, to_target)
-    piece = target.dissection.piece_of_face
-    is_sure = partners.is_alike & (piece[partners.face] == PIECES.index(half))
-    is_sure &= partners.apart_um <= TOLERANCE * float(np.median(partners.apart_um))
-    number = np.cumsum(piece == PIECES.index(half)) - 1  # of each face in its half
-    uv = own.flat.uv.copy()
-    place = np.einsum(
-        "ij,ijk->ik",
-        partners.barycentric[is_sure],
-        other.flat.corners[number[partners.face[is_sure]]],
-    )
-    turn = wrapped(place[:, 0] - uv[is_sure, 0])
-    uv[is_sure] = np.stack([uv[is_sure, 0] + turn, place[:, 1]], axis=1)
-    is_sure[np.flatnonzero(is_sure)[np.abs(turn) > FARTHEST_TURN]] = False
+    own = source.halves[half]
+    uv, is_sure = _places_of_partners(half, source, target, to_target)
     outer_share = along_outer(
         half, {key: perimeter_share(key[0], curve.share) for key, curve in curves.items()}
     )
@@ -157,8 +136,46 @@ def _lay_half(
         uv[loop, 0] = start + wrapped(u_of_perimeter(half, share) - start)
         uv[loop, 1] = edge
         is_boundary[loop] = True
+    face_areas = SurfaceMesh(
+        source.dissection.surface.vertices[own.vertex_of], own.faces
+    ).face_areas
+    flat, springs = _without_folds(own, uv, is_sure, is_boundary, face_areas, report)
+    law = target.halves[half].law
+    return replace(
+        own, flat=flat, springs=springs, law=law, outer_share=outer_share, hole_share=hole_share
+    )
+
+
+def _places_of_partners(
+    half: HalfName, source: FlatBrain, target: FlatBrain, to_target: ShapeMap
+) -> tuple[Floats, Booleans]:
+    """Return (k, 2) where a half's vertices belong on the target's strip, and which are sure of it."""
+    own, surface = source.halves[half], source.dissection.surface
+    points, normals = surface.vertices[own.vertex_of], surface.vertex_normals[own.vertex_of]
+    partners, is_sure = find_partners(points, normals, target, to_target)
+    in_half = target.dissection.piece_of_face == PIECES.index(half)
+    is_sure &= in_half[partners.face]
+    is_sure &= partners.apart_um <= TOLERANCE * float(np.median(partners.apart_um))
+    number = np.cumsum(in_half) - 1  # of each face in its half
+    uv = own.flat.uv.copy()
+    corners = target.halves[half].flat.corners[number[partners.face[is_sure]]]
+    place = np.einsum("ij,ijk->ik", partners.barycentric[is_sure], corners)
+    turn = wrapped(place[:, 0] - uv[is_sure, 0])
+    uv[is_sure] = np.stack([uv[is_sure, 0] + turn, place[:, 1]], axis=1)
+    is_sure[np.flatnonzero(is_sure)[np.abs(turn) > FARTHEST_TURN]] = False
+    return uv, is_sure
+
+
+def _without_folds(
+    own: FlatHalf,
+    uv: Floats,
+    is_sure: Booleans,
+    is_boundary: Booleans,
+    face_areas: Floats,
+    report: Report,
+) -> tuple[FlatMesh, Springs]:
+    """Return a half laid flat with its sure vertices where they belong, and the springs that hold it."""
     springs = own.springs
-    face_areas = SurfaceMesh(points, own.faces).face_areas
     for done in range(MOST_ROUNDS):
         part = within(report, done / MOST_ROUNDS, (done + 1) / MOST_ROUNDS)
         u, v = solve_means(springs, is_boundary | is_sure, *uv.T)
@@ -168,11 +185,4 @@ def _lay_half(
             break
         crowding = find_crowding(flat, springs.edges, face_areas)
         springs = Springs(springs.edges, springs.jumps, springs.weights * crowding)
-    return replace(
-        own,
-        flat=flat,
-        springs=springs,
-        law=other.law,
-        outer_share=outer_share,
-        hole_share=hole_share,
-    )
+    return flat, springs

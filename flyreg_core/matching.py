@@ -61,7 +61,6 @@ def match_to_target(
         The source's frame by its own shape.
     to_target : ShapeMap, optional
         Without it the source is trimmed and cut by its own shape alone.
-
     """
     frame = own if alignment.candidates[0].signs == OWN else alignment.frame
     if to_target is None:

@@ -113,9 +113,8 @@ class Memo(Generic[T]):
         """Return the stage's result for these arguments, computed or remembered."""
         for place, (known, result) in enumerate(self._remembered):
             if known == arguments:
-                self._remembered.insert(
-                    0, self._remembered.pop(place)
-                )  # the last one to be forgotten
+                used = self._remembered.pop(place)
+                self._remembered.insert(0, used)  # the last one to be forgotten
                 return result
         started = perf_counter()
         result = self._stage(*arguments, report=report)

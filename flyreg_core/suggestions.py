@@ -48,10 +48,11 @@ def _suggest_in(
         return []
     surface = source.dissection.surface
     points = surface.vertices[chosen]
-    partners = find_partners(points, surface.vertex_normals[chosen], target, to_target)
+    normals = surface.vertex_normals[chosen]
+    partners, is_alike = find_partners(points, normals, target, to_target)
     piece = target.dissection.piece_of_face[partners.face]
     limit = max(TOLERANCE * float(np.median(partners.apart_um)), LEAST_LIMIT_UM)
-    is_kept = partners.is_alike & (piece == PIECES.index(half)) & (partners.apart_um < limit)
+    is_kept = is_alike & (piece == PIECES.index(half)) & (partners.apart_um < limit)
     weights = STRONGEST * (1 - (partners.apart_um / limit) ** 2) ** 2
     return [
         LandmarkPair(

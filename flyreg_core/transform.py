@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 from scipy.spatial import cKDTree
 
 from flyreg_core.mesh import Booleans, Floats, SurfaceMesh
+from flyreg_core.surface_places import find_places
 from flyreg_core.torus import ORIGINS, Torus
 
 REACH_UM = 10.0
@@ -42,8 +42,7 @@ def find_in_pockets(
     is_filled = torus.origin_of_vertex[nearest] == ORIGINS.index("filled")
     result = np.zeros(len(points), dtype=bool)
     pockets = np.flatnonzero(is_filled)
-    squared, _, _ = igl.point_mesh_squared_distance(points[pockets], raw.vertices, raw.faces)
-    result[pockets] = np.sqrt(squared) <= reach_um
+    result[pockets] = find_places(points[pockets], raw).apart_um <= reach_um
     return result
 
 
@@ -76,27 +75,18 @@ def transform_points(
     to_end : function of (n, 3) float, optional
         A smooth map of space that takes the surroundings of `start` about to those of `end`.
     """
-    squared, face, nearest = igl.point_mesh_squared_distance(points, start.vertices, start.faces)
-    corners = start.faces[face]
-    triangle = (np.ascontiguousarray(start.vertices[corners[:, k]]) for k in range(3))
-    barycentric = np.asarray(igl.barycentric_coordinates(nearest, *triangle)).reshape(-1, 3)
-    barycentric = np.nan_to_num(barycentric, nan=1 / 3)
-
-    def carried(values: Floats) -> Floats:
-        return np.asarray(np.einsum("ij,ijk->ik", barycentric, values[corners]))
-
-    distance = np.sqrt(squared)
+    places, faces = find_places(points, start), start.faces
     if to_end is None:
-        away = points - nearest
-        outwards = np.sign(np.einsum("ij,ij->i", away, carried(start.vertex_normals)))
+        normals = places.carried(start.vertex_normals, faces)
+        outwards = np.sign(np.einsum("ij,ij->i", points - places.points, normals))
         sense = -outwards if is_mirrored else outwards
-        direction = sense[:, None] * carried(end.vertex_normals)
+        direction = sense[:, None] * places.carried(end.vertex_normals, faces)
     else:
-        direction = to_end(points) - to_end(nearest)
+        direction = to_end(points) - to_end(places.points)
     length = np.linalg.norm(direction, axis=1, keepdims=True)
     direction = np.divide(direction, length, out=np.zeros_like(direction), where=length > 0)
-    moved = carried(end.vertices) + distance[:, None] * direction
-    is_mapped = distance <= reach_um
+    moved = places.carried(end.vertices, faces) + places.apart_um[:, None] * direction
+    is_mapped = places.apart_um <= reach_um
     if is_in_pocket is not None:
         is_mapped |= is_in_pocket
     moved[~is_mapped] = np.nan

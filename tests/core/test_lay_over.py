@@ -64,7 +64,9 @@ def test_shares_grow_along_each_curve_and_corners_stay(demo_source, laid):
 
 def test_partners_lie_on_the_target(demo_source, demo_target, to_target):
     surface = demo_source.surface
-    partners = find_partners(surface.vertices, surface.vertex_normals, demo_target.flat, to_target)
+    partners, _ = find_partners(
+        surface.vertices, surface.vertex_normals, demo_target.flat, to_target
+    )
     assert distances_to_surface(partners.points, demo_target.surface, ignore).max() < 1e-9
     assert partners.barycentric.sum(axis=1) == pytest.approx(np.ones(len(partners.points)))
     away = np.linalg.norm(to_target(surface.vertices) - partners.points, axis=1)

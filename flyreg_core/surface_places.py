@@ -1,0 +1,35 @@
+"""The places of a surface that are nearest to points of space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+
+from flyreg_core.mesh import Floats, Integers, SurfaceMesh
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePlaces:
+    """Places on the faces of a surface."""
+
+    points: Floats  # (n, 3), micrometres
+    face: Integers  # (n,)
+    barycentric: Floats  # (n, 3), of the places in their faces
+    apart_um: Floats  # (n,) between each place and the point it is nearest to
+
+    def carried(self, values: Floats, faces: Integers) -> Floats:
+        """Return the (n, k) values at the places, of which the vertices of the faces have (v, k)."""
+        return np.asarray(np.einsum("ij,ijk->ik", self.barycentric, values[faces[self.face]]))
+
+
+def find_places(points: Floats, surface: SurfaceMesh) -> SurfacePlaces:
+    """Return the places of a surface nearest to (n, 3) points; the middle of a face without area."""
+    squared, face, nearest = igl.point_mesh_squared_distance(
+        points, surface.vertices, surface.faces
+    )
+    corners = (np.ascontiguousarray(surface.vertices[surface.faces[face, k]]) for k in range(3))
+    barycentric = np.asarray(igl.barycentric_coordinates(nearest, *corners)).reshape(-1, 3)
+    barycentric = np.nan_to_num(barycentric, nan=1 / 3)
+    return SurfacePlaces(nearest, face.astype(np.int64), barycentric, np.sqrt(squared))
