@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import SuperLU, splu
 
 from flyreg_core.boundary import Curve, CurveKey
 from flyreg_core.cut import Dissection
-from flyreg_core.flatten import Springs, solve_means
+from flyreg_core.flatten import Springs, mean_matrix
 from flyreg_core.landmarks import CurveName
 from flyreg_core.locate import TriangleGrid, build_grid, find_triangles
 from flyreg_core.mesh import Floats, Integers
@@ -26,6 +29,15 @@ class Cap:
     springs: Springs
     rim: Integers  # (b,), own numbers, along the anterior half's curve and back along the posterior's
 
+    @cached_property
+    def means(self) -> tuple[Integers, SuperLU, sparse.csr_array]:
+        """The inner vertices, and what makes them means of their neighbours, solved for once."""
+        means, _ = mean_matrix(self.springs, len(self.vertex_of))
+        inner = np.setdiff1d(np.arange(len(self.vertex_of)), self.rim)
+        rows = means[inner]
+        system = sparse.eye_array(len(inner)) - rows[:, inner]
+        return inner, splu(system.tocsc()), rows[:, self.rim]
+
 
 def find_caps(dissection: Dissection, curves: Mapping[CurveKey, Curve]) -> tuple[Cap, Cap]:
     """Return the right and the left cap."""
@@ -41,11 +53,11 @@ def find_caps(dissection: Dissection, curves: Mapping[CurveKey, Curve]) -> tuple
 
 def lay_cap_flat(cap: Cap, rim_places: Floats) -> Floats:
     """Return (k, 2) places with the rim at (b, 2) places on a convex curve, the rest means (Tutte)."""
-    x, y = np.zeros(len(cap.vertex_of)), np.zeros(len(cap.vertex_of))
-    x[cap.rim], y[cap.rim] = rim_places.T
-    is_fixed = np.zeros(len(x), dtype=bool)
-    is_fixed[cap.rim] = True
-    return np.stack(solve_means(cap.springs, is_fixed, x, y), axis=1)
+    inner, solver, pull = cap.means
+    flat = np.zeros((len(cap.vertex_of), 2))
+    flat[cap.rim] = rim_places
+    flat[inner] = solver.solve(pull @ rim_places)
+    return flat
 
 
 def rim_circle(side: CurveName, curves: Mapping[CurveKey, Curve]) -> Floats:
@@ -61,7 +73,7 @@ def rim_circle(side: CurveName, curves: Mapping[CurveKey, Curve]) -> Floats:
 
 def cap_grid(cap: Cap, flat: Floats) -> TriangleGrid:
     """Return the locator of a cap laid flat."""
-    return build_grid(flat[cap.faces], np.arange(len(cap.faces)))
+    return build_grid(flat[cap.faces], np.arange(len(cap.faces)), cap.faces)
 
 
 def carry_cap(

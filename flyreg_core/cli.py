@@ -19,9 +19,9 @@ from flyreg_core.errors import FlyregError
 
 if TYPE_CHECKING:
     from flyreg_core.mesh import SurfaceMesh
-    from flyreg_core.pipeline import Results
     from flyreg_core.progress import Report
     from flyreg_core.project import Project
+    from flyreg_core.results import Results
 
 DONE, WRONG_USAGE, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED = 0, 2, 3, 4, 130
 BAR = 30

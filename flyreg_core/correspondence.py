@@ -141,11 +141,13 @@ def _progress(curve: Curve, name: CurveName, frame: BrainFrame) -> Floats:
 def with_decisions(
     pairs: tuple[LandmarkPair, ...], weights: Mapping[str, float], moved: Mapping[str, float]
 ) -> tuple[LandmarkPair, ...]:
-    """Return boundary pairs with the user's weights and moved target places."""
+    """Return boundary pairs with the user's weights and moved target places; the others as they are."""
     return tuple(
         replace(
             pair, weight=weights.get(pair.id, pair.weight), target=moved.get(pair.id, pair.target)
         )
+        if pair.id in weights or pair.id in moved
+        else pair
         for pair in pairs
     )
 
@@ -159,6 +161,8 @@ def place_landmarks(
     an empty `plane` and does not act.
     """
     complete = [pair for pair in pairs if pair.is_placed]
+    if not complete:
+        return ()
     interior = [pair for pair in complete if pair.kind == "interior"]
     sources = _place_interior(source, np.array([pair.source for pair in interior]).reshape(-1, 3))
     targets = _place_interior(target, np.array([pair.target for pair in interior]).reshape(-1, 3))
@@ -214,9 +218,9 @@ def _place_interior(
     if len(points) == 0:
         return []
     surface = brain.dissection.surface
-    _, faces, nearest = igl.point_mesh_squared_distance(points, surface.vertices, surface.faces)
+    found = find_places(points, surface)
     placed: list[tuple[HalfName | None, Floats, Floats]] = []
-    for face, point in zip(faces, nearest, strict=True):
+    for face, point in zip(found.face, found.points, strict=True):
         piece = PIECES[brain.dissection.piece_of_face[face]]
         if piece not in ("anterior", "posterior"):
             placed.append((None, point, np.full(2, np.nan)))

@@ -27,7 +27,9 @@ from flyreg_core.rectangle import (
     u_of_perimeter,
     wrapped,
 )
+from flyreg_core.strip_warp import Fading, find_fading
 from flyreg_core.topology import compacted
+from flyreg_core.unfold import Net
 
 T = TypeVar("T", bound=np.generic)
 OUTER_CURVES: tuple[CurveName, ...] = ("upper", "left", "lower", "right")
@@ -51,6 +53,17 @@ class FlatHalf:
     def faces(self) -> Integers:
         """(m, 3) faces over the half's own vertices."""
         return self.flat.faces
+
+    @cached_property
+    def net(self) -> Net:
+        """What holds the half flat."""
+        return Net(self.springs, self.faces)
+
+    @cached_property
+    def fadings(self) -> tuple[Fading, Fading]:
+        """How each vertex goes along with the outer boundary and with the hole."""
+        u = self.flat.uv[:, 0]
+        return find_fading(u, self.outer, self.beta), find_fading(u, self.hole, 1 - self.beta)
 
     @cached_property
     def beta(self) -> Floats:

@@ -27,7 +27,7 @@ from flyreg_core.progress import Report, within
 from flyreg_core.rectangle import perimeter_share, u_of_perimeter, wrapped
 from flyreg_core.shape_map import ShapeMap
 from flyreg_core.surface_places import SurfacePlaces, find_places
-from flyreg_core.unfold import count_flipped, unfold
+from flyreg_core.unfold import Net, unfold
 
 LEAST_LIKENESS = 0.5
 """Cosine of the largest angle between surfaces that belong together."""
@@ -180,8 +180,9 @@ def _without_folds(
         part = within(report, done / MOST_ROUNDS, (done + 1) / MOST_ROUNDS)
         u, v = solve_means(springs, is_boundary | is_sure, *uv.T)
         flat = FlatMesh(np.stack([u, v], axis=1), own.faces, own.flat.corner_shifts)
-        flat = unfold(flat, springs, is_boundary, part)
-        if count_flipped(flat) == 0:
+        mended = unfold(flat, Net(springs, own.faces), is_boundary, part)
+        flat = mended.flat
+        if mended.flipped == 0:
             break
         crowding = find_crowding(flat, springs.edges, face_areas)
         springs = Springs(springs.edges, springs.jumps, springs.weights * crowding)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numba import njit
 
 from flyreg_core.boundary import CurveKey
 from flyreg_core.boundary_map import map_boundaries, seam_gaps
@@ -13,13 +15,13 @@ from flyreg_core.caps import Cap, cap_grid, carry_cap, find_caps, lay_cap_flat, 
 from flyreg_core.correspondence import FlatBrain, PlacedLandmark
 from flyreg_core.halves import FlatHalf, along_outer
 from flyreg_core.landmarks import HALVES, HalfName
-from flyreg_core.locate import TriangleGrid, find_triangles, strip_grid
-from flyreg_core.mesh import Booleans, FlatMesh, Floats, SurfaceMesh
+from flyreg_core.locate import TriangleGrid, find_triangles, strip_grid, walk
+from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import orientations
 from flyreg_core.progress import Report
-from flyreg_core.rectangle import from_plane, perimeter_share, to_plane, u_of_perimeter, wrapped
-from flyreg_core.thin_plate_spline import ThinPlateSpline
-from flyreg_core.unfold import count_flipped, unfold
+from flyreg_core.rectangle import RadialLaw, perimeter_share, to_plane, u_of_perimeter, wrapped
+from flyreg_core.strip_warp import draw_along, to_strip
+from flyreg_core.unfold import Unfolded, unfold
 
 CLOSEST_TO_BOUNDARY = 1e-14
 """Inner vertices stay this far, as a share of the way across, from both boundaries.
@@ -42,11 +44,17 @@ class WarpedHalf:
     """A source half after the spline, in the target's flat domain."""
 
     flat: FlatMesh  # on the target's strip, without folds
-    plane: Floats  # (k, 2) the same in the target's rectangle
+    law: RadialLaw  # of the target's half
+    face: Integers  # (k,), of the target's half, where each vertex lies
     folds_mended: int  # faces that the spline itself had flipped
     is_mended: Booleans  # (k,) vertices that moved for it
     flipped: int  # faces flipped in `flat`, decided exactly
     gap_um: float  # how far sewing moved its boundary along the target's curves
+
+    @cached_property
+    def plane(self) -> Floats:
+        """(k, 2) places in the target's rectangle."""
+        return to_plane(self.flat.uv[:, 0], self.law.beta(self.flat.uv[:, 1]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +65,27 @@ class Registration:
     halves: Mapping[HalfName, WarpedHalf]
     flipped_on_caps: int
     residual_um: Mapping[str, float]  # by id of the landmarks that act, in the delivered surface
+
+
+@dataclass(frozen=True, eq=False)
+class LandmarkEnds:
+    """Where the landmarks that act lie on the source's surface, and where they should come to lie."""
+
+    ids: tuple[str, ...]
+    faces: Integers  # (n,), of the source
+    barycentric: Floats  # (n, 3)
+    targets: Floats  # (n, 3), micrometres
+
+
+def find_ends(landmarks: tuple[PlacedLandmark, ...]) -> LandmarkEnds:
+    """Return the ends of the landmarks that act."""
+    acting = [mark for mark in landmarks if mark.plane]
+    return LandmarkEnds(
+        tuple(mark.pair.id for mark in acting),
+        np.array([mark.source_face for mark in acting], dtype=np.int64),
+        np.array([mark.source_corners for mark in acting]).reshape(-1, 3),
+        np.array([mark.target_point for mark in acting]).reshape(-1, 3),
+    )
 
 
 def build_locators(target: FlatBrain) -> Locators:
@@ -73,17 +102,19 @@ def register(
     source_caps: tuple[Cap, Cap],
     target: FlatBrain,
     locators: Locators,
-    splines: Mapping[HalfName, ThinPlateSpline],
-    kernels: Mapping[HalfName, Floats],
-    landmarks: tuple[PlacedLandmark, ...],
+    places: Mapping[HalfName, Floats],
+    ends: LandmarkEnds,
     report: Report,
+    last: Registration | None = None,
 ) -> Registration:
     """Return the source's surface carried onto the target by one spline per half.
 
     Parameters
     ----------
-    kernels : half -> (k, l) float
-        Kernel between the half's flat vertices and its spline's centers.
+    places : half -> (k, 2) float
+        Where the half's spline takes its vertices in the target's rectangle.
+    last : Registration, optional
+        Of the same two brains: where vertices lay then, they are looked for first.
 
     Notes
     -----
@@ -92,11 +123,8 @@ def register(
     changes at the boundary fades out linearly towards the other one. Folds that remain are mended
     (`unfold`).
     """
-    warped = {
-        half: from_plane(splines[half].from_kernel(kernels[half], source.halves[half].plane))
-        for half in HALVES
-    }
-    shifts = {half: wrapped(warped[half][0] - source.halves[half].flat.uv[:, 0]) for half in HALVES}
+    warped = {half: to_strip(places[half], source.halves[half].flat.uv[:, 0]) for half in HALVES}
+    shifts = {half: warped[half][0] for half in HALVES}
     mapped = map_boundaries(source, shifts)
     gaps = seam_gaps(source, target, shifts, mapped)
     vertices = np.zeros_like(source.dissection.surface.vertices)
@@ -104,11 +132,13 @@ def register(
     halves = {}
     for number, half in enumerate(HALVES):
         report(number / 3, "lifting")
-        flat = _warp_half(source.halves[half], target.halves[half], warped[half], mapped)
-        halves[half] = _mend(source.halves[half], target.halves[half], flat, gaps[half], report)
-        vertices[source.halves[half].vertex_of] = lift(
-            halves[half].flat.uv, target.halves[half], locators.halves[half], points
-        )
+        own, other = source.halves[half], target.halves[half]
+        raw = _warp_half(own, other, warped[half], mapped)
+        mended = unfold(raw, own.net, _is_boundary(own), report)
+        near = None if last is None else last.halves[half].face
+        grid = locators.halves[half]
+        face = _lift_into(vertices, own.vertex_of, mended.flat.uv, other, grid, points, near)
+        halves[half] = _warped_half(raw, mended, other.law, face, gaps[half])
     flipped_on_caps = 0
     for cap, target_cap, grid in zip(source_caps, locators.caps, locators.cap_grids, strict=True):
         carried, flat_cap = carry_cap(
@@ -118,21 +148,87 @@ def register(
         flipped_on_caps += int((orientations(flat_cap[cap.faces]) <= 0).sum())
     for key, curve in source.curves.items():
         vertices[curve.vertices] = target.curves[key].at(mapped[key])
-    surface = SurfaceMesh(vertices, source.dissection.surface.faces)
-    residuals = _residuals(surface, landmarks)
-    return Registration(surface, halves, flipped_on_caps, residuals)
+    vertices.setflags(write=False)
+    surface = source.dissection.surface.moved(vertices)
+    return Registration(surface, halves, flipped_on_caps, _residuals(surface, ends))
 
 
-def lift(uv: Floats, target: FlatHalf, grid: TriangleGrid, points: Floats) -> Floats:
+def lift(
+    uv: Floats,
+    target: FlatHalf,
+    grid: TriangleGrid,
+    points: Floats,
+) -> Floats:
     """Return the (k, 3) surface points of (k, 2) strip coordinates on a half (eq. 13)."""
-    inside = np.stack([np.mod(uv[:, 0], 1.0), uv[:, 1]], axis=1)
-    face, barycentric = find_triangles(grid, inside)
-    if (face < 0).any():
-        raise ValueError(
-            f"{(face < 0).sum()} flat places lie in no triangle of the {target.name} half"
-        )
-    corners = points[target.vertex_of[target.faces[face]]]
-    return np.asarray(np.einsum("ij,ijk->ik", barycentric, corners))
+    lifted = np.zeros((len(uv), 3))
+    _lift_into(lifted, np.arange(len(uv)), uv, target, grid, points, None)
+    return lifted
+
+
+def _lift_into(
+    lifted: Floats,
+    rows: Integers,
+    uv: Floats,
+    target: FlatHalf,
+    grid: TriangleGrid,
+    points: Floats,
+    near: Integers | None,
+) -> Integers:
+    """Write the surface points of strip coordinates into some rows; return the faces they lie in.
+
+    Faces are looked for `near` first.
+    """
+    if near is None:
+        near, _ = find_triangles(grid, _once_around(uv))
+    face = _carry(
+        uv,
+        near,
+        grid.corners,
+        grid.neighbours,
+        target.vertex_of[target.faces],
+        points,
+        rows,
+        lifted,
+    )
+    lost = np.flatnonzero(face < 0)
+    if len(lost):
+        face[lost], barycentric = find_triangles(grid, _once_around(uv[lost]))
+        if (face[lost] < 0).any():
+            raise ValueError(
+                f"{(face < 0).sum()} flat places lie in no triangle of the {target.name} half"
+            )
+        corners = points[target.vertex_of[target.faces[face[lost]]]]
+        lifted[rows[lost]] = np.einsum("ij,ijk->ik", barycentric, corners)
+    return face
+
+
+def _once_around(uv: Floats) -> Floats:
+    return np.stack([np.mod(uv[:, 0], 1.0), uv[:, 1]], axis=1)
+
+
+@njit(nogil=True, cache=True)
+def _carry(
+    uv: Floats,
+    near: Integers,
+    flat_corners: Floats,
+    neighbours: Integers,
+    corners: Integers,
+    points: Floats,
+    rows: Integers,
+    lifted: Floats,
+) -> Integers:
+    """Walk to each place of the strip and write its point of the surface; tell where it lies."""
+    face = np.zeros(len(uv), dtype=np.int64)
+    for k in range(len(uv)):
+        found, a, b, c = walk(uv[k, 0], uv[k, 1], near[k], flat_corners, neighbours)
+        face[k] = found
+        if found >= 0:
+            first, second, third = corners[found, 0], corners[found, 1], corners[found, 2]
+            for axis in range(3):
+                lifted[rows[k], axis] = (
+                    a * points[first, axis] + b * points[second, axis] + c * points[third, axis]
+                )
+    return face
 
 
 def _warp_half(
@@ -142,51 +238,48 @@ def _warp_half(
     mapped: Mapping[CurveKey, Floats],
 ) -> FlatMesh:
     """Return a half after the spline on the target's strip, its boundary on the target's curves."""
-    start, beta = source.flat.uv[:, 0], warped[1].copy()
-    u = start + wrapped(warped[0] - start)
+    shift, beta = warped
+    start = source.flat.uv[:, 0]
     goals = {
         key: u_of_perimeter(source.name, perimeter_share(key[0], share))
         for key, share in mapped.items()
     }
     boundaries = (
-        (source.outer, along_outer(source.name, goals), 1.0, source.beta),
-        (source.hole, goals["hole", None][:-1], 0.0, 1 - source.beta),
+        (source.outer, along_outer(source.name, goals), 1.0),
+        (source.hole, goals["hole", None][:-1], 0.0),
     )
-    change_u, change_beta = np.zeros_like(u), np.zeros_like(u)
-    for loop, goal_u, goal_beta, fading in boundaries:
-        around = np.mod(start[loop], 1.0)
-        for change, miss in (
-            (change_u, wrapped(goal_u - u[loop])),
-            (change_beta, goal_beta - beta[loop]),
-        ):
-            change += fading * np.interp(start, around, miss, period=1.0)
-    for loop, goal_u, goal_beta, _ in boundaries:
-        change_u[loop] = wrapped(goal_u - u[loop])
-        beta[loop], change_beta[loop] = goal_beta, 0.0
-    beta = np.clip(beta + change_beta, CLOSEST_TO_BOUNDARY, 1 - CLOSEST_TO_BOUNDARY)
-    v = target.law.v(beta)
-    v[source.outer], v[source.hole] = 1.0, 0.0
-    return FlatMesh(np.stack([u + change_u, v], axis=1), source.faces, source.flat.corner_shifts)
+    misses = [
+        np.stack([wrapped(goal - start[loop] - shift[loop]), edge - beta[loop]], axis=1)
+        for loop, goal, edge in boundaries
+    ]
+    uv = draw_along(start, shift, beta, source.fadings, (misses[0], misses[1]))
+    uv[:, 1] = target.law.v(np.clip(uv[:, 1], CLOSEST_TO_BOUNDARY, 1 - CLOSEST_TO_BOUNDARY))
+    for (loop, _, edge), miss in zip(boundaries, misses, strict=True):
+        uv[loop, 0] = start[loop] + shift[loop] + miss[:, 0]
+        uv[loop, 1] = edge
+    uv.setflags(write=False)
+    return source.flat.moved(uv)
 
 
-def _mend(
-    source: FlatHalf, target: FlatHalf, raw: FlatMesh, gap_um: float, report: Report
+def _is_boundary(half: FlatHalf) -> Booleans:
+    is_boundary = np.zeros(len(half.flat.uv), dtype=bool)
+    is_boundary[half.outer] = is_boundary[half.hole] = True
+    return is_boundary
+
+
+def _warped_half(
+    raw: FlatMesh, mended: Unfolded, law: RadialLaw, face: Integers, gap_um: float
 ) -> WarpedHalf:
-    is_fixed = np.zeros(len(raw.uv), dtype=bool)
-    is_fixed[source.outer] = is_fixed[source.hole] = True
-    flat = unfold(raw, source.springs, is_fixed, report)
-    plane = to_plane(flat.uv[:, 0], target.law.beta(flat.uv[:, 1]))
-    is_mended = (flat.uv != raw.uv).any(axis=1)
-    return WarpedHalf(flat, plane, count_flipped(raw), is_mended, count_flipped(flat), gap_um)
+    is_mended = np.zeros(len(raw.uv), dtype=bool)
+    if mended.folds:
+        changed = mended.flat.uv != raw.uv
+        is_mended = changed[:, 0] | changed[:, 1]
+    return WarpedHalf(mended.flat, law, face, mended.folds, is_mended, mended.flipped, gap_um)
 
 
-def _residuals(
-    registered: SurfaceMesh, landmarks: tuple[PlacedLandmark, ...]
-) -> Mapping[str, float]:
+def _residuals(registered: SurfaceMesh, ends: LandmarkEnds) -> Mapping[str, float]:
     """Return how far from its target each acting landmark's source place ended, micrometres."""
-    residuals = {}
-    for mark in landmarks:
-        if mark.plane:
-            end = mark.source_corners @ registered.vertices[registered.faces[mark.source_face]]
-            residuals[mark.pair.id] = float(np.linalg.norm(end - mark.target_point))
-    return residuals
+    corners = registered.vertices[registered.faces[ends.faces]]
+    landed = np.einsum("ij,ijk->ik", ends.barycentric, corners)
+    away = np.linalg.norm(landed - ends.targets, axis=1)
+    return dict(zip(ends.ids, away.tolist(), strict=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,8 @@ from numba import njit
 from flyreg_core.mesh import FlatMesh, Floats, Integers
 
 TRIANGLES_PER_CELL = 2.0
+MOST_STEPS = 50
+"""A walk that has not arrived after so many triangles is given up: the grid finds the point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,10 +27,18 @@ class TriangleGrid:
     columns: int
     starts: Integers  # (r * columns + 1,), where each cell's triangles start in `members`
     members: Integers
+    neighbours: Integers  # (n, 3), of each face the one across from each corner, or -1
 
 
-def build_grid(corners: Floats, face_of: Integers) -> TriangleGrid:
-    """Return a grid over (m, 3, 2) triangles that tile a region of the plane."""
+def build_grid(corners: Floats, face_of: Integers, faces: Integers) -> TriangleGrid:
+    """Return a grid over (m, 3, 2) triangles that tile a region of the plane.
+
+    Parameters
+    ----------
+    face_of : (m,) int
+        The face that each triangle is, the first n in turn, or a copy of.
+    faces : (n, 3) int
+    """
     side = max(1, int(np.sqrt(len(corners) / TRIANGLES_PER_CELL)))
     rows = np.unique(np.quantile(corners[..., 1], np.linspace(0, 1, side + 1)))
     low, high = float(corners[..., 0].min()), float(corners[..., 0].max())
@@ -40,7 +51,8 @@ def build_grid(corners: Floats, face_of: Integers) -> TriangleGrid:
         [row_below.min(axis=1), row.max(axis=1), column.min(axis=1), column.max(axis=1)], axis=1
     )
     starts, members = _fill(boxes, len(rows) - 1, side)
-    return TriangleGrid(corners, face_of, rows, low, width, side, starts, members)
+    neighbours = find_neighbours(faces)
+    return TriangleGrid(corners, face_of, rows, low, width, side, starts, members, neighbours)
 
 
 def strip_grid(flat: FlatMesh) -> TriangleGrid:
@@ -51,15 +63,38 @@ def strip_grid(flat: FlatMesh) -> TriangleGrid:
     beyond = corners[..., 0].max(axis=1) >= 1
     copies = corners[beyond] - [1.0, 0.0]
     faces = np.arange(len(corners))
-    return build_grid(np.concatenate([corners, copies]), np.concatenate([faces, faces[beyond]]))
+    return build_grid(
+        np.concatenate([corners, copies]), np.concatenate([faces, faces[beyond]]), flat.faces
+    )
 
 
-def find_triangles(grid: TriangleGrid, points: Floats) -> tuple[Integers, Floats]:
+def find_neighbours(faces: Integers) -> Integers:
+    """Return for (n, 3) faces the face across from each corner, -1 at a boundary."""
+    first, second = faces[:, [1, 2, 0]].reshape(-1), faces[:, [2, 0, 1]].reshape(-1)
+    count = int(faces.max()) + 1
+    key, opposite = first * count + second, second * count + first
+    order = np.argsort(key)
+    place = order[np.minimum(np.searchsorted(key, opposite, sorter=order), len(key) - 1)]
+    return np.where(key[place] == opposite, place // 3, -1).reshape(-1, 3)
+
+
+def find_triangles(
+    grid: TriangleGrid, points: Floats, near: Integers | None = None
+) -> tuple[Integers, Floats]:
     """Return for (k, 2) points the face each lies in and its (k, 3) barycentric coordinates.
+
+    With `near`, on a strip, a face close to each point, it is looked for by a walk from there, each
+    step across the edge that the point lies farthest beyond; the grid is for walks that do not arrive.
 
     A point in no triangle, by rounding or because it is outside, gets the triangle of its cell
     that it is least outside of, and coordinates moved into it; -1 where its cell is empty.
     """
+    if near is not None:
+        found, barycentric = _walk(points, near, grid.corners, grid.neighbours)
+        lost = np.flatnonzero(found < 0)
+        if len(lost):
+            found[lost], barycentric[lost] = find_triangles(grid, points[lost])
+        return found, barycentric
     row = np.clip(np.searchsorted(grid.rows, points[:, 1], side="right") - 1, 0, len(grid.rows) - 2)
     column = np.clip(((points[:, 0] - grid.low) / grid.width).astype(np.int64), 0, grid.columns - 1)
     found, barycentric = _find(
@@ -124,3 +159,44 @@ def _find(
                 if least >= 0:
                     break
     return found, barycentric
+
+
+@njit(nogil=True, cache=True)
+def _walk(
+    points: Floats, near: Integers, corners: Floats, neighbours: Integers
+) -> tuple[Integers, Floats]:
+    found = np.full(len(points), -1, dtype=np.int64)
+    barycentric = np.zeros((len(points), 3))
+    for k in range(len(points)):
+        found[k], a, b, c = walk(points[k, 0], points[k, 1], near[k], corners, neighbours)
+        barycentric[k, 0], barycentric[k, 1], barycentric[k, 2] = a, b, c
+    return found, barycentric
+
+
+@njit(nogil=True, cache=True)
+def walk(
+    u: float, v: float, near: int, corners: Floats, neighbours: Integers
+) -> tuple[int, float, float, float]:
+    """Return the face that a place of a strip lies in, -1 if it was not reached, and where in it."""
+    t = near
+    for _ in range(MOST_STEPS):
+        if t < 0:
+            break
+        middle = (corners[t, 0, 0] + corners[t, 1, 0] + corners[t, 2, 0]) / 3
+        x = u + math.floor(middle - u + 0.5)
+        ax, ay = corners[t, 0, 0] - x, corners[t, 0, 1] - v
+        bx, by = corners[t, 1, 0] - x, corners[t, 1, 1] - v
+        cx, cy = corners[t, 2, 0] - x, corners[t, 2, 1] - v
+        wa, wb, wc = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
+        total = wa + wb + wc
+        if total <= 0:
+            break
+        if wa >= 0 and wb >= 0 and wc >= 0:
+            return t, wa / total, wb / total, wc / total
+        across = 0
+        if wb < wa and wb <= wc:
+            across = 1
+        elif wc < wa:
+            across = 2
+        t = neighbours[t, across]
+    return -1, 0.0, 0.0, 0.0

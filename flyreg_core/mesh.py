@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
+import igl
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
@@ -26,6 +28,17 @@ class SurfaceMesh:
         object.__setattr__(self, "vertices", read_only(self.vertices, np.float64, 3, "vertices"))
         object.__setattr__(self, "faces", read_only(self.faces, np.int64, 3, "faces"))
         _check_indices(self.faces, len(self.vertices))
+
+    def moved(self, vertices: Floats) -> SurfaceMesh:
+        """Return the same faces over as many vertices in other places."""
+        return _with_places(self, "vertices", read_only(vertices, np.float64, 3, "vertices"))
+
+    @cached_property
+    def tree(self) -> igl.AABB:
+        """Boxes within boxes that find closest points, to be asked about these vertices and faces."""
+        tree = igl.AABB()
+        tree.init(self.vertices, self.faces)
+        return tree
 
     @cached_property
     def face_normals(self) -> Floats:
@@ -77,12 +90,21 @@ class FlatMesh:
         object.__setattr__(self, "corner_shifts", shifts)
         _check_indices(self.faces, len(self.uv))
 
+    def moved(self, uv: Floats) -> FlatMesh:
+        """Return the same faces over as many vertices in other places."""
+        moved = _with_places(self, "uv", read_only(uv, np.float64, 2, "uv"))
+        object.__setattr__(moved, "corner_shifts", self.corner_shifts)
+        return moved
+
     @cached_property
     def corners(self) -> Floats:
         """(m, 3, 2) uv of each face's corners, shifted so that each face is one triangle."""
         corners = self.uv[self.faces]
         corners[..., 0] += self.corner_shifts
         return corners
+
+
+Mesh = TypeVar("Mesh", SurfaceMesh, FlatMesh)
 
 
 def read_only(values: ArrayLike, dtype: DTypeLike, columns: int, name: str) -> NDArray[np.generic]:
@@ -94,6 +116,16 @@ def read_only(values: ArrayLike, dtype: DTypeLike, columns: int, name: str) -> N
         array = array.copy()
         array.setflags(write=False)
     return array
+
+
+def _with_places(mesh: Mesh, name: str, places: NDArray[np.generic]) -> Mesh:
+    """Return a mesh with the faces of another one, which need no second check."""
+    if len(places) != len(getattr(mesh, name)):
+        raise MeshError(f"{len(getattr(mesh, name))} vertices cannot lie at {len(places)} places")
+    moved = object.__new__(type(mesh))
+    object.__setattr__(moved, name, places)
+    object.__setattr__(moved, "faces", mesh.faces)
+    return moved
 
 
 def _check_indices(faces: Integers, n_vertices: int) -> None:

@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from time import perf_counter
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from flyreg_core.alignment import Alignment, align
 from flyreg_core.boundary import find_curves
 from flyreg_core.brain_files import read_brain
-from flyreg_core.caps import Cap, find_caps
+from flyreg_core.caps import find_caps
 from flyreg_core.correspondence import (
     FlatBrain,
     PlacedLandmark,
     boundary_pairs,
-    place_landmarks,
     with_decisions,
 )
 from flyreg_core.cut import Dissection, dissect
 from flyreg_core.cut_height import CutParameters
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.frame import BrainFrame
-from flyreg_core.halves import FlatHalf, lay_flat, with_hole_as_seen
+from flyreg_core.halves import lay_flat, with_hole_as_seen
 from flyreg_core.handles import HandleParameters
 from flyreg_core.judgement import Judgement, judge
 from flyreg_core.landmarks import (
@@ -35,92 +33,25 @@ from flyreg_core.landmarks import (
 )
 from flyreg_core.lay_over import lay_over
 from flyreg_core.lift import Locators, Registration, build_locators, register
+from flyreg_core.live_spline import LiveSpline
 from flyreg_core.matching import CarriedCut, Match, match_to_target
+from flyreg_core.memo import Memo
 from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.placements import Geometry, Placements, place_all
 from flyreg_core.pose import PoseParameters, find_frame
 from flyreg_core.progress import Report, ignore, within
 from flyreg_core.project import Brain, Project
+from flyreg_core.results import PreparedBrain, Results, find_warnings
 from flyreg_core.shape_map import ShapeMap, fit_shape_map
 from flyreg_core.simplify import Simplified, simplify
 from flyreg_core.smooth import SmoothParameters, smooth
 from flyreg_core.solid import VoxelSolid, close_solid, voxelize
 from flyreg_core.suggestions import suggest_pairs
-from flyreg_core.surface_distance import Distances, measure_distances
-from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline, kernel
+from flyreg_core.surface_distance import measure_distances
 from flyreg_core.torus import CLOSING, Torus, make_torus
 from flyreg_core.trim import TrimParameters, TrimPlanes, within_solid
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True, eq=False)
-class PreparedBrain:
-    """One brain after all stages that concern it alone."""
-
-    brain: Brain
-    raw: SurfaceMesh  # as read, micrometres
-    torus: Torus
-    simplified: Simplified
-    flat: FlatBrain
-    caps: tuple[Cap, Cap]
-
-    @property
-    def surface(self) -> SurfaceMesh:
-        """The main brain, closed, refined along its cuts."""
-        return self.flat.dissection.surface
-
-    @property
-    def frame(self) -> BrainFrame:
-        """The axes of the animal."""
-        return self.flat.frame
-
-    @property
-    def halves(self) -> Mapping[HalfName, FlatHalf]:
-        """Both halves laid flat."""
-        return self.flat.halves
-
-
-@dataclass(frozen=True, eq=False)
-class Results:
-    """What follows from a project."""
-
-    project: Project
-    source: PreparedBrain
-    target: PreparedBrain
-    alignment: Alignment  # of the source as read with the target as read
-    to_target: ShapeMap | None  # of space, from the outsides alone; None: not asked for
-    landmarks: tuple[PlacedLandmark, ...]
-    registration: Registration
-    distances: Distances | None  # registered to target and back; None: not measured
-    judgement: Judgement | None  # None: not measured
-    warnings: tuple[str, ...]
-    seconds: Mapping[str, float]  # by stage, 0 where the last result was still good
-
-
-class Memo(Generic[T]):
-    """One stage of the pipeline with its last arguments and results.
-
-    Arguments are compared with `==`: parameters by value, geometry by identity. A stage that is
-    cancelled or fails leaves what was remembered untouched.
-    """
-
-    def __init__(self, name: str, stage: Callable[..., T], capacity: int = 1) -> None:
-        self.name, self.seconds = name, 0.0
-        self._stage, self._capacity = stage, capacity
-        self._remembered: list[tuple[tuple[object, ...], T]] = []
-
-    def __call__(self, *arguments: object, report: Report) -> T:
-        """Return the stage's result for these arguments, computed or remembered."""
-        for place, (known, result) in enumerate(self._remembered):
-            if known == arguments:
-                used = self._remembered.pop(place)
-                self._remembered.insert(0, used)  # the last one to be forgotten
-                return result
-        started = perf_counter()
-        result = self._stage(*arguments, report=report)
-        self.seconds += perf_counter() - started
-        self._remembered = [(arguments, result), *self._remembered][: self._capacity]
-        return result
 
 
 class Pipeline:
@@ -130,7 +61,7 @@ class Pipeline:
         self._read = Memo("read", read_brain, capacity=4)
         self._frame = Memo("pose", _frame, capacity=4)
         self._align = Memo("alignment", _align, capacity=4)
-        self._bend = Memo("shape map", _bend, capacity=4)
+        self._shape = Memo("shape map", _fit_shape, capacity=4)
         self._match = Memo("matching", _match, capacity=6)
         self._solid = Memo("solid", voxelize, capacity=4)
         self._torus = Memo("torus", _torus, capacity=6)
@@ -142,13 +73,15 @@ class Pipeline:
         self._lay_over = Memo("laying over", _lay_over, capacity=6)
         self._suggest = Memo("suggestions", _suggest, capacity=2)
         self._boundary = Memo("boundary landmarks", _boundary_pairs)
-        self._place = Memo("landmarks", _place)
+        self._place = Memo("landmarks", self._placed)
         self._locators = Memo("locators", lambda target, report: build_locators(target), capacity=2)
-        self._basis = Memo("basis", _basis)
-        self._spline = Memo("spline", _splines)
-        self._lift = Memo("lift", register)
+        self._live = Memo("live splines", _live_splines)
+        self._spline = Memo("spline", _bend)
+        self._lift = Memo("lift", self._register)
         self._distances = Memo("distances", measure_distances)
         self._judge = Memo("judgement", _judge)
+        self._placements: Placements | None = None
+        self._near: tuple[PreparedBrain, FlatBrain, Registration] | None = None
 
     def prepare(
         self, brain: Brain, report: Report = ignore, match: Match | None = None
@@ -198,7 +131,7 @@ class Pipeline:
         )
         to_target = None
         if project.boundary.is_by_shape:
-            to_target = self._bend(raw, target.raw, alignment, report=within(report, 0.55, 0.65))
+            to_target = self._shape(raw, target.raw, alignment, report=within(report, 0.55, 0.65))
         match = self._match(
             *(frame, target.torus, target.flat.dissection, alignment, to_target),
             report=report,
@@ -232,23 +165,18 @@ class Pipeline:
                 *(source.flat, target.flat, to_target, project.boundary.per_half), report=report
             )
         pairs = (*with_decisions(automatic, project.weights, project.moved), *project.pairs)
-        places = tuple(replace(pair, weight=1.0) for pair in pairs if pair.is_placed)
-        placed = self._place(source.flat, target.flat, places, report=report)
-        weights = tuple(pair.weight for pair in pairs if pair.is_placed)
+        placements = self._place(source.flat, target.flat, pairs, report=report)
         locators = self._locators(target.flat, report=report)
-        basis = self._basis(source.flat, placed, report=within(report, 0.84, 0.86))
-        splines = self._spline(placed, weights, project.smoothing, report=report)
-        landmarks = _weighted(placed, weights)
+        places = self._bend_flat(placements, project.smoothing, measure, report)
         registration = self._lift(
-            *(source.flat, source.caps, target.flat, locators, splines, basis),
-            placed,
+            *(source, target.flat, locators, places, placements.geometry),
             report=within(report, 0.86, 0.9),
         )
+        landmarks = placements.landmarks
         distances = judgement = None
         if measure:
             judgement = self._judge(
-                *(source.flat, target.flat, locators, placed, weights),
-                *(registration, project.smoothing),
+                *(source.flat, target.flat, locators, landmarks, registration, project.smoothing),
                 report=within(report, 0.9, 0.91),
             )
             distances = self._distances(
@@ -260,6 +188,50 @@ class Pipeline:
             *(project, source, target, alignment, to_target, landmarks),
             *(registration, distances, judgement, warnings, seconds),
         )
+
+    def _placed(
+        self, source: FlatBrain, target: FlatBrain, pairs: tuple[LandmarkPair, ...], report: Report
+    ) -> Placements:
+        self._placements = place_all(source, target, pairs, self._placements, report)
+        return self._placements
+
+    def _bend_flat(
+        self, placements: Placements, smoothing: float, is_exact: bool, report: Report
+    ) -> _FlatPlaces:
+        """Return where vertices go, found anew where it must be exact, which outlasts the hand."""
+        live = self._live(placements.source, report=within(report, 0.84, 0.86))
+        weights = tuple(tuple(placements.weights(half).tolist()) for half in HALVES)
+        asked = (live, placements.geometry, weights, smoothing)
+        is_exact = is_exact or self._spline.knows(*asked, True)
+        return self._spline(*asked, is_exact, report=report)
+
+    def _register(
+        self,
+        source: PreparedBrain,
+        target: FlatBrain,
+        locators: Locators,
+        places: _FlatPlaces,
+        geometry: Geometry,
+        report: Report,
+    ) -> Registration:
+        """Return the registration; while the hand moves, vertices are looked for where they were."""
+        last = None
+        if self._near is not None and not places.is_exact and self._near[:2] == (source, target):
+            last = self._near[2]
+        registration = register(
+            *(source.flat, source.caps, target, locators, places.halves, geometry.ends),
+            *(report, last),
+        )
+        self._near = (source, target, registration)
+        return registration
+
+
+@dataclass(frozen=True, eq=False)
+class _FlatPlaces:
+    """Where the vertices of each half go in the rectangle."""
+
+    halves: Mapping[HalfName, Floats]
+    is_exact: bool  # found anew, not from what was kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -326,7 +298,7 @@ def _match(
     return match_to_target(own, target, dissection, alignment, to_target)
 
 
-def _bend(
+def _fit_shape(
     source: SurfaceMesh, target: SurfaceMesh, alignment: Alignment, report: Report
 ) -> ShapeMap:
     return fit_shape_map(source, target, alignment.to_target, report)
@@ -384,99 +356,38 @@ def _boundary_pairs(
     return boundary_pairs(source, target, parameters)
 
 
-def _place(
-    source: FlatBrain, target: FlatBrain, pairs: tuple[LandmarkPair, ...], report: Report
-) -> tuple[PlacedLandmark, ...]:
-    return place_landmarks(source, target, pairs)
-
-
-def _weighted(
-    placed: tuple[PlacedLandmark, ...], weights: tuple[float, ...]
-) -> tuple[PlacedLandmark, ...]:
-    return tuple(
-        replace(mark, pair=replace(mark.pair, weight=weight))
-        for mark, weight in zip(placed, weights, strict=True)
-    )
-
-
-def _basis(
-    source: FlatBrain, placed: tuple[PlacedLandmark, ...], report: Report
-) -> Mapping[HalfName, Floats]:
+def _live_splines(source: FlatBrain, report: Report) -> Mapping[HalfName, LiveSpline]:
     report(0.0, "preparing the spline")
-    return {half: kernel(source.halves[half].plane, _ends(placed, half, 0)) for half in HALVES}
+    return {half: LiveSpline(source.halves[half].plane) for half in HALVES}
 
 
-def _splines(
-    placed: tuple[PlacedLandmark, ...], weights: tuple[float, ...], smoothing: float, report: Report
-) -> Mapping[HalfName, ThinPlateSpline]:
+def _bend(
+    live: Mapping[HalfName, LiveSpline],
+    geometry: Geometry,
+    weights: tuple[tuple[float, ...], ...],
+    smoothing: float,
+    is_exact: bool,
+    report: Report,
+) -> _FlatPlaces:
+    """Return where the vertices of each half go in the rectangle."""
     report(0.0, "fitting the spline")
-    splines = {}
-    for half in HALVES:
-        acting = [w for mark, w in zip(placed, weights, strict=True) if half in mark.plane]
-        splines[half] = fit_thin_plate_spline(
-            _ends(placed, half, 0), _ends(placed, half, 1), np.array(acting), smoothing
-        )
-    return splines
+    places = {}
+    for half, own in zip(HALVES, weights, strict=True):
+        if is_exact:
+            live[half].forget()
+        ends = geometry.sources[half], geometry.targets[half]
+        places[half] = live[half](*ends, np.array(own), smoothing, report)[1]
+    return _FlatPlaces(places, is_exact)
 
 
 def _judge(
     source: FlatBrain,
     target: FlatBrain,
     locators: Locators,
-    placed: tuple[PlacedLandmark, ...],
-    weights: tuple[float, ...],
+    landmarks: tuple[PlacedLandmark, ...],
     registration: Registration,
     smoothing: float,
     report: Report,
 ) -> Judgement:
     report(0.0, "judging the landmarks")
-    landmarks = _weighted(placed, weights)
     return judge(source, target, locators, landmarks, registration, smoothing)
-
-
-def _ends(placed: tuple[PlacedLandmark, ...], half: HalfName, end: int) -> Floats:
-    """Return the (k, 2) source (0) or target (1) places of the landmarks that act in a half."""
-    return np.array([mark.plane[half][end] for mark in placed if half in mark.plane])
-
-
-def find_warnings(
-    source: PreparedBrain,
-    target: PreparedBrain,
-    alignment: Alignment,
-    pairs: tuple[LandmarkPair, ...],
-    landmarks: tuple[PlacedLandmark, ...],
-    registration: Registration,
-) -> tuple[str, ...]:
-    """Return what the user should know about a registration that went through, a sentence each."""
-    warnings = []
-    name = source.brain.input.name
-    if alignment.is_mirrored and source.brain.pose.axes is None:
-        warnings.append(
-            f"{name} is taken for the mirror image of a brain, as {target.brain.input.name} fits it "
-            "better so; state how it lies if this is wrong"
-        )
-    if not alignment.is_sure and source.brain.pose.axes is None:
-        warnings.append(
-            f"which side of {name} is its front and which its top is not sure; look whether it lies "
-            f"as {target.brain.input.name} does, and state how it lies if not"
-        )
-    for brain in (source, target):
-        name = brain.brain.input.name
-        warnings += [
-            f"{name}: {text}" for text in (*brain.torus.warnings, *brain.simplified.warnings)
-        ]
-    warnings += [
-        f"landmark {pair.name} has only one end and is not used"
-        for pair in pairs
-        if not pair.is_placed
-    ]
-    warnings += [
-        f"landmark {mark.pair.name} lies on different halves, or beyond a trim plane, and is not used"
-        for mark in landmarks
-        if not mark.plane
-    ]
-    for half in HALVES:
-        warped = registration.halves[half]
-        if warped.flipped:
-            warnings.append(f"{warped.flipped} triangles of the {half} half are folded")
-    return tuple(warnings)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy.optimize import brentq
 
 from flyreg_core.landmarks import CurveName, HalfName
@@ -89,26 +90,48 @@ def wrapped(difference: Floats) -> Floats:
 
 def to_plane(u: Floats, beta: Floats) -> Floats:
     """Return the (k, 2) places in the rectangle, centred at 0, y up."""
-    along = np.mod(u, 1.0) * PERIMETER
-    corners = np.array([0, WIDTH, WIDTH + HEIGHT, 2 * WIDTH + HEIGHT, PERIMETER])
-    x = np.interp(along, corners, np.array([-1, 1, 1, -1, -1]) * WIDTH / 2)
-    y = np.interp(along, corners, np.array([1, 1, -1, -1, 1]) * HEIGHT / 2)
-    size = HOLE + (1 - HOLE) * beta
-    return np.stack([x * size, y * size], axis=-1)
+    u, beta = np.broadcast_arrays(np.asarray(u, dtype=float), beta)
+    places = _to_plane(np.ravel(u), np.ravel(beta).astype(float))
+    return places.reshape(*u.shape, 2)
 
 
 def from_plane(points: Floats) -> tuple[Floats, Floats]:
     """Return u in [0, 1) and beta of (k, 2) places, also outside the rectangle or in the hole."""
-    x, y = points[..., 0] / (WIDTH / 2), points[..., 1] / (HEIGHT / 2)
-    size = np.maximum(np.maximum(np.abs(x), np.abs(y)), 1e-12)
-    x, y = x / size, y / size
-    along = np.select(
-        [(y >= 1) & (x < 1), (x >= 1) & (y > -1), (y <= -1) & (x > -1)],
-        [
-            (x + 1) * WIDTH / 2,
-            WIDTH + (1 - y) * HEIGHT / 2,
-            WIDTH + HEIGHT + (1 - x) * WIDTH / 2,
-        ],
-        2 * WIDTH + HEIGHT + (y + 1) * HEIGHT / 2,
-    )
-    return np.mod(along / PERIMETER, 1.0), (size - HOLE) / (1 - HOLE)
+    u, beta = _from_plane(np.ascontiguousarray(points, dtype=float).reshape(-1, 2))
+    shape = np.shape(points)[:-1]
+    return u.reshape(shape), beta.reshape(shape)
+
+
+@njit(nogil=True, cache=True)
+def _to_plane(u: Floats, beta: Floats) -> Floats:
+    places = np.zeros((len(u), 2))
+    for k in range(len(u)):
+        along = (u[k] % 1.0) * PERIMETER
+        x, y = -WIDTH / 2, along - 2 * WIDTH - HEIGHT - HEIGHT / 2
+        if along < WIDTH:
+            x, y = along - WIDTH / 2, HEIGHT / 2
+        elif along < WIDTH + HEIGHT:
+            x, y = WIDTH / 2, WIDTH + HEIGHT / 2 - along
+        elif along < 2 * WIDTH + HEIGHT:
+            x, y = WIDTH + HEIGHT + WIDTH / 2 - along, -HEIGHT / 2
+        size = HOLE + (1 - HOLE) * beta[k]
+        places[k, 0], places[k, 1] = x * size, y * size
+    return places
+
+
+@njit(nogil=True, cache=True)
+def _from_plane(points: Floats) -> tuple[Floats, Floats]:
+    u, beta = np.zeros(len(points)), np.zeros(len(points))
+    for k in range(len(points)):
+        x, y = points[k, 0] / (WIDTH / 2), points[k, 1] / (HEIGHT / 2)
+        size = max(abs(x), abs(y), 1e-12)
+        x, y = x / size, y / size
+        along = 2 * WIDTH + HEIGHT + (y + 1) * HEIGHT / 2
+        if y >= 1 and x < 1:
+            along = (x + 1) * WIDTH / 2
+        elif x >= 1 and y > -1:
+            along = WIDTH + (1 - y) * HEIGHT / 2
+        elif y <= -1 and x > -1:
+            along = WIDTH + HEIGHT + (1 - x) * WIDTH / 2
+        u[k], beta[k] = (along / PERIMETER) % 1.0, (size - HOLE) / (1 - HOLE)
+    return u, beta

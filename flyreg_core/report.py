@@ -22,9 +22,9 @@ from flyreg_core.judgement import Judgement
 from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import orientations, signed_areas
-from flyreg_core.pipeline import PreparedBrain, Results
 from flyreg_core.progress import Report
 from flyreg_core.project import BrainInput
+from flyreg_core.results import PreparedBrain, Results
 from flyreg_core.simplify import Simplified
 from flyreg_core.surface_distance import Distances, DistanceSummary, distances_to_surface
 from flyreg_core.torus import ORIGINS, Torus

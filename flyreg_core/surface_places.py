@@ -26,9 +26,7 @@ class SurfacePlaces:
 
 def find_places(points: Floats, surface: SurfaceMesh) -> SurfacePlaces:
     """Return the places of a surface nearest to (n, 3) points; the middle of a face without area."""
-    squared, face, nearest = igl.point_mesh_squared_distance(
-        points, surface.vertices, surface.faces
-    )
+    squared, face, nearest = surface.tree.squared_distance(surface.vertices, surface.faces, points)
     corners = (np.ascontiguousarray(surface.vertices[surface.faces[face, k]]) for k in range(3))
     barycentric = np.asarray(igl.barycentric_coordinates(nearest, *corners)).reshape(-1, 3)
     barycentric = np.nan_to_num(barycentric, nan=1 / 3)

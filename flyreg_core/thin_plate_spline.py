@@ -63,27 +63,39 @@ def fit_thin_plate_spline(
     3.2 of the paper. Bookstein, Principal warps, IEEE PAMI 11(6), 1989, doi:10.1109/34.24792.
     Wahba, Spline Models for Observational Data, SIAM 1990.
     """
+    check_landmarks(sources, targets, weights, smoothing)
+    used = weights > LEAST_WEIGHT
+    system = make_system(sources[used], weights[used], smoothing)
+    n, m = used.sum(), sources.shape[1] + 1
+    right = np.vstack([targets[used], np.zeros((m, targets.shape[1]))])
+    solution = np.linalg.solve(system, right)
+    bending = np.zeros(sources.shape)
+    bending[used] = solution[:n]
+    return ThinPlateSpline(sources, bending, solution[n:])
+
+
+def check_landmarks(sources: Floats, targets: Floats, weights: Floats, smoothing: float) -> None:
+    """Raise what `fit_thin_plate_spline` raises for landmarks that no spline can be fitted to."""
     if sources.shape != targets.shape:
         raise LandmarkError(f"{len(sources)} source landmarks but {len(targets)} target landmarks")
     if not (np.isfinite(weights).all() and (weights >= 0).all()):
         raise LandmarkError("a weight is negative or not a number; use 0 to leave a landmark out")
     if not (np.isfinite(smoothing) and smoothing >= 0):
         raise LandmarkError(f"the smoothing must be 0 or a positive number, not {smoothing}")
-    used = weights > LEAST_WEIGHT
-    centers = sources[used]
+    centers = sources[weights > LEAST_WEIGHT]
     basis = affine_basis(centers)
     if np.linalg.matrix_rank(basis) < basis.shape[1]:
         raise LandmarkError("the landmarks in use lie on one line; add one beside it")
     if smoothing == 0 and len(np.unique(centers, axis=0)) < len(centers):
         raise LandmarkError("two landmarks in use lie at the same place; raise lambda or drop one")
-    matrix = kernel(centers, centers) + np.diag(smoothing / weights[used])
-    n, m = basis.shape
-    system = np.block([[matrix, basis], [basis.T, np.zeros((m, m))]])
-    right = np.vstack([targets[used], np.zeros((m, targets.shape[1]))])
-    solution = np.linalg.solve(system, right)
-    bending = np.zeros(sources.shape)
-    bending[used] = solution[:n]
-    return ThinPlateSpline(sources, bending, solution[n:])
+
+
+def make_system(centers: Floats, weights: Floats, smoothing: float) -> Floats:
+    """Return the matrix of eq. 10 for (k, d) landmarks of positive weight, bordered by (k, d + 1) P."""
+    matrix = kernel(centers, centers) + np.diag(smoothing / weights)
+    basis = affine_basis(centers)
+    m = basis.shape[1]
+    return np.block([[matrix, basis], [basis.T, np.zeros((m, m))]])
 
 
 def kernel(points: Floats, centers: Floats) -> Floats:

@@ -22,12 +22,12 @@ from flyreg_core.frame import BrainFrame
 from flyreg_core.halves import lay_flat
 from flyreg_core.handles import HandleParameters
 from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair, LandmarkParameters
-from flyreg_core.lift import Registration, build_locators, register
+from flyreg_core.lift import Registration, build_locators, find_ends, register
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.pose import find_frame
 from flyreg_core.smooth import SmoothParameters, smooth
 from flyreg_core.solid import SolidParameters, VoxelSolid, voxelize
-from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline, kernel
+from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline
 from flyreg_core.torus import Torus, make_torus
 from flyreg_core.trim import TrimParameters
 
@@ -84,13 +84,11 @@ def register_pair(
     pairs = boundary_pairs(source.flat, target.flat, parameters) + pairs
     landmarks = place_landmarks(source.flat, target.flat, pairs)
     splines = fit_splines(landmarks, smoothing)
-    kernels = {
-        half: kernel(source.flat.halves[half].plane, splines[half].centers) for half in HALVES
-    }
+    places = {half: splines[half](source.flat.halves[half].plane) for half in HALVES}
     caps = find_caps(source.flat.dissection, source.flat.curves)
     locators = build_locators(target.flat)
     return register(
-        source.flat, caps, target.flat, locators, splines, kernels, landmarks, progress.ignore
+        source.flat, caps, target.flat, locators, places, find_ends(landmarks), progress.ignore
     )
 
 

@@ -12,9 +12,9 @@ from PySide6.QtWidgets import QFileDialog
 
 from flyreg_core.brain_files import open_brain, write_mesh
 from flyreg_core.errors import FlyregError
-from flyreg_core.pipeline import Results
 from flyreg_core.project import Brain, Project
 from flyreg_core.project_file import load_project, save_project
+from flyreg_core.results import Results
 from flyreg_gui.dialogs import Answer, OpenBrainsDialog, ask_about_changes, ask_for_saving_path
 from flyreg_gui.failures import sentence_for
 from flyreg_gui.session import with_view

@@ -10,8 +10,8 @@ from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersisten
 from PySide6.QtGui import QColor
 
 from flyreg_core.landmarks import LandmarkPair
-from flyreg_core.pipeline import Results
 from flyreg_core.project import Project
+from flyreg_core.results import Results
 from flyreg_gui.theme import KIND_COLORS, OFF
 
 Index = QModelIndex | QPersistentModelIndex

@@ -22,8 +22,9 @@ from PySide6.QtWidgets import (
 
 from flyreg_core import edits
 from flyreg_core.errors import TopologyError
-from flyreg_core.pipeline import Pipeline, Results
+from flyreg_core.pipeline import Pipeline
 from flyreg_core.project import Project
+from flyreg_core.results import Results
 from flyreg_gui.actions import enable_actions, fill_menu, make_actions
 from flyreg_gui.dialogs import HelpWindow
 from flyreg_gui.drill_mode import DrillMode

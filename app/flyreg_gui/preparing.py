@@ -11,9 +11,10 @@ from flyreg_core.errors import FlyregError, InputError, MeshError, TopologyError
 from flyreg_core.frame import BrainFrame
 from flyreg_core.handles import Handle, HandleParameters, as_point
 from flyreg_core.mesh import SurfaceMesh
-from flyreg_core.pipeline import Pipeline, Results
+from flyreg_core.pipeline import Pipeline
 from flyreg_core.progress import Report
 from flyreg_core.project import Brain, Project
+from flyreg_core.results import Results
 
 ROLES: tuple[Role, Role] = ("source", "target")
 

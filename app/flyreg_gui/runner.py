@@ -12,9 +12,9 @@ from typing import Protocol
 from PySide6.QtCore import QObject, Signal
 
 from flyreg_core.errors import Cancelled
-from flyreg_core.pipeline import Results
 from flyreg_core.progress import Report
 from flyreg_core.project import Project
+from flyreg_core.results import Results
 
 SECONDS_BETWEEN_REPORTS = 0.2
 

@@ -14,8 +14,8 @@ from flyreg_core.errors import FlyregError, InputError
 from flyreg_core.frame import BrainFrame
 from flyreg_core.handles import Handle
 from flyreg_core.mesh import SurfaceMesh
-from flyreg_core.pipeline import PreparedBrain, Results
 from flyreg_core.project import Project
+from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.failures import sentence_for
 from flyreg_gui.preparing import PreparingError, Remains
 from flyreg_gui.runner import Run, Runner

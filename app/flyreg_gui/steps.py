@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from enum import Enum, IntEnum
 
 from flyreg_core.errors import InputError, LandmarkError
-from flyreg_core.pipeline import PreparedBrain, Results
 from flyreg_core.project import BrainInput, Project
+from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.session import Failure, Session
 
 

@@ -11,7 +11,7 @@ from flyreg_core import edits
 from flyreg_core.edits import Role
 from flyreg_core.frame import ANTERO_POSTERIOR, DORSO_VENTRAL, LEFT_RIGHT, BrainFrame
 from flyreg_core.handles import Handle, HandleParameters
-from flyreg_core.pipeline import Results
+from flyreg_core.results import Results
 from flyreg_gui.preparing import ROLES
 
 if TYPE_CHECKING:

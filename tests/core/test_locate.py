@@ -78,16 +78,31 @@ def test_every_vertex_is_found_where_it_is(seed):
 
 
 @given(seed=SEEDS)
+@settings(max_examples=25)
+def test_a_walk_from_any_face_ends_where_the_grid_would_find_the_point(seed):
+    flat, points = random_strip(seed), random_points(seed)
+    grid = strip_grid(flat)
+    near = np.random.default_rng(seed).integers(len(flat.faces), size=len(points))
+    faces, barycentric = find_triangles(grid, points, near)
+    expected = places(flat, *find_triangles(grid, points))
+    away = places(flat, faces, barycentric) - expected
+    away[:, 0] = wrapped(away[:, 0])
+    assert np.abs(away).max() < 1e-9
+    assert barycentric.min() >= 0
+
+
+@given(seed=SEEDS)
 def test_on_a_plain_triangulation_the_answer_is_that_of_another_library(seed):
     rng = np.random.default_rng(seed)
     other = Delaunay(np.vstack([rng.uniform(size=(60, 2)), [[0, 0], [0, 1], [1, 0], [1, 1]]]))
-    simplices = other.simplices
+    simplices = other.simplices.astype(np.int64)
     corners = other.points[simplices]
     ab, ac = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     turned = ab[:, 0] * ac[:, 1] < ab[:, 1] * ac[:, 0]
-    corners[turned] = corners[turned][:, ::-1]
+    corners[turned], simplices[turned] = corners[turned][:, ::-1], simplices[turned][:, ::-1]
     points = rng.uniform(size=(200, 2))
-    faces, _ = find_triangles(build_grid(corners, np.arange(len(corners))), points)
+    grid = build_grid(corners, np.arange(len(corners)), simplices)
+    faces, _ = find_triangles(grid, points)
     assert np.array_equal(faces, other.find_simplex(points))
 
 
@@ -107,7 +122,8 @@ def test_points_outside_the_strip_are_moved_into_a_face_of_their_cell(seed):
 def test_a_point_just_outside_comes_to_the_nearest_edge():
     corners = np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
     faces, barycentric = find_triangles(
-        build_grid(corners, np.arange(2)), np.array([[0.25, -1e-9]])
+        build_grid(corners, np.arange(2), np.array([[0, 1, 3], [1, 2, 3]])),
+        np.array([[0.25, -1e-9]]),
     )
     assert faces.tolist() == [0]
     assert barycentric[0] == pytest.approx([0.75, 0.25, 0.0])
@@ -117,7 +133,7 @@ def test_a_point_whose_cell_is_empty_is_told():
     triangles = np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]] * 32) * 0.1
     triangles[16:] += 0.9
     faces, barycentric = find_triangles(
-        build_grid(triangles, np.arange(32)), np.array([[0.95, 0.05]])
+        build_grid(triangles, np.arange(32), np.arange(96).reshape(32, 3)), np.array([[0.95, 0.05]])
     )
     assert faces.tolist() == [-1]
     assert barycentric.tolist() == [[0, 0, 0]]

@@ -17,13 +17,17 @@ from flyreg_core.cut_height import CutParameters
 from flyreg_core.errors import Cancelled, FlyregError, LandmarkError
 from flyreg_core.handles import HandleParameters
 from flyreg_core.landmarks import LandmarkPair
-from flyreg_core.pipeline import Memo, Pipeline, Results, find_warnings
+from flyreg_core.memo import Memo
+from flyreg_core.pipeline import Pipeline
 from flyreg_core.progress import ignore
 from flyreg_core.project import Project
+from flyreg_core.results import Results, find_warnings
 from flyreg_core.smooth import SmoothParameters
 
 SEVERAL_MICROMETRES = 2.0
-LANDMARKS = {"boundary landmarks", "suggestions", "landmarks", "basis"}
+AS_SEEN = 1e-6
+"""How far vertices may be off while a hand moves, as a share of the diagonal."""
+LANDMARKS = {"boundary landmarks", "suggestions", "landmarks", "live splines"}
 AFTER_SPLINE = {"spline", "lift", "distances", "judgement"}
 
 
@@ -58,11 +62,11 @@ def interior_pair(results: Results, shift: float = 0.0) -> LandmarkPair:
     [
         (lambda p: p, set()),
         (lambda p: edits.set_smoothing(p, 0.3), AFTER_SPLINE),
-        (lambda p: edits.set_weight(p, "upper-04", 5.0), AFTER_SPLINE),
-        (lambda p: edits.set_weight(p, "upper-04", 0.0), AFTER_SPLINE),
+        (lambda p: edits.set_weight(p, "upper-04", 5.0), {"landmarks"} | AFTER_SPLINE),
+        (lambda p: edits.set_weight(p, "upper-04", 0.0), {"landmarks"} | AFTER_SPLINE),
         (
             lambda p: edits.place_pair(p, "upper-04", "target", 0.31),
-            {"landmarks", "basis"} | AFTER_SPLINE,
+            {"landmarks"} | AFTER_SPLINE,
         ),
         (
             lambda p: edits.set_brain(p, "source", replace(p.source, cut=CutParameters(3.0))),
@@ -105,7 +109,7 @@ def test_going_back_to_an_earlier_preparation_computes_nothing_slow(
     assert not stages_run(pipeline, demo_project) & slow
 
 
-@settings(max_examples=3)
+@settings(max_examples=2)
 @given(
     steps=st.lists(
         st.tuples(
@@ -117,7 +121,7 @@ def test_going_back_to_an_earlier_preparation_computes_nothing_slow(
         max_size=4,
     )
 )
-def test_remembering_changes_no_vertex(
+def test_what_the_hand_sees_is_what_a_new_solution_gives_and_at_rest_it_is_that(
     pipeline: Pipeline,
     demo_project: Project,
     steps: list[tuple[str, float, float]],
@@ -126,18 +130,20 @@ def test_remembering_changes_no_vertex(
     for identifier, weight, smoothing in steps:
         project = edits.set_smoothing(edits.set_weight(project, identifier, weight), smoothing)
         pipeline.run(project, measure=False)
-    kept = pipeline.run(project, measure=False).registration.surface.vertices
-    fresh = Pipeline().run(project, measure=False).registration.surface.vertices
-    assert np.array_equal(kept, fresh)
+    fresh = Pipeline().run(project).registration.surface
+    moving = pipeline.run(project, measure=False).registration.surface.vertices
+    assert np.abs(moving - fresh.vertices).max() < AS_SEEN * fresh.diagonal
+    at_rest = pipeline.run(project).registration.surface.vertices
+    assert np.array_equal(at_rest, fresh.vertices)
 
 
 def test_undoing_weights_and_lambda_restores_each_vertex(
     pipeline: Pipeline, results: Results, demo_project: Project
 ) -> None:
     changed = edits.set_smoothing(edits.set_weight(demo_project, "upper-04", 30.0), 1.0)
-    moved = pipeline.run(changed, measure=False).registration.surface.vertices
+    moved = pipeline.run(changed).registration.surface.vertices
     assert not np.array_equal(moved, results.registration.surface.vertices)
-    back = pipeline.run(demo_project, measure=False).registration.surface.vertices
+    back = pipeline.run(demo_project).registration.surface.vertices
     assert np.array_equal(back, results.registration.surface.vertices)
 
 

@@ -16,9 +16,10 @@ from flyreg_core.flatten import mean_matrix
 from flyreg_core.handles import HandleParameters
 from flyreg_core.landmarks import CURVES, HALVES
 from flyreg_core.orientation import orientations
-from flyreg_core.pipeline import Pipeline, PreparedBrain
+from flyreg_core.pipeline import Pipeline
 from flyreg_core.progress import ignore
 from flyreg_core.project import Brain
+from flyreg_core.results import PreparedBrain
 from flyreg_core.surface_distance import distances_to_surface
 from flyreg_core.topology import boundary_loops, compacted
 from flyreg_core.torus import ORIGINS

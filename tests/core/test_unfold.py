@@ -8,7 +8,7 @@ from flyreg_core.flatten import FlattenParameters, flatten
 from flyreg_core.mesh import FlatMesh
 from flyreg_core.orientation import orientations
 from flyreg_core.progress import ignore
-from flyreg_core.unfold import count_flipped, unfold
+from flyreg_core.unfold import Net, count_flipped, unfold
 from tests.core.test_flatten import random_ring, regular_ring
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -23,28 +23,28 @@ def laid(ring, surface):
     flat, springs = flatten(ring, surface.face_areas, FlattenParameters(rounds=1), ignore)
     is_fixed = np.zeros(len(flat.uv), dtype=bool)
     is_fixed[ring.outer] = is_fixed[ring.hole] = True
-    return flat, springs, is_fixed
+    return flat, Net(springs, flat.faces), is_fixed
 
 
 def shaken(seed, size, share=1.0):
     """A random ring laid flat, then a share of its inner vertices pushed about."""
-    flat, springs, is_fixed = laid(*random_ring(seed))
+    flat, net, is_fixed = laid(*random_ring(seed))
     rng = np.random.default_rng(seed)
     chosen = ~is_fixed & (rng.uniform(size=len(is_fixed)) < share)
     push = np.where(chosen[:, None], rng.normal(scale=size, size=flat.uv.shape), 0)
-    return moved(flat, flat.uv + push), springs, is_fixed
+    return moved(flat, flat.uv + push), net, is_fixed
 
 
 @given(seed=SEEDS, size=SIZES, share=st.floats(0, 1))
 def test_whatever_folds_is_laid_flat_again(seed, size, share):
-    flat, springs, is_fixed = shaken(seed, size, share)
-    assert count_flipped(unfold(flat, springs, is_fixed, ignore)) == 0
+    flat, net, is_fixed = shaken(seed, size, share)
+    assert count_flipped(unfold(flat, net, is_fixed, ignore).flat) == 0
 
 
 @given(seed=SEEDS, size=SIZES, share=st.floats(0, 1))
 def test_the_boundaries_stay_where_they_are(seed, size, share):
-    flat, springs, is_fixed = shaken(seed, size, share)
-    mended = unfold(flat, springs, is_fixed, ignore)
+    flat, net, is_fixed = shaken(seed, size, share)
+    mended = unfold(flat, net, is_fixed, ignore).flat
     assert np.array_equal(mended.uv[is_fixed], flat.uv[is_fixed])
     assert mended.faces is flat.faces
     assert mended.corner_shifts is flat.corner_shifts
@@ -53,11 +53,11 @@ def test_the_boundaries_stay_where_they_are(seed, size, share):
 @given(seed=SEEDS)
 @settings(max_examples=20)
 def test_boundaries_that_slid_along_themselves_are_mended_with_the_rest_kept(seed):
-    flat, springs, is_fixed = laid(*random_ring(seed))
+    flat, net, is_fixed = laid(*random_ring(seed))
     uv = flat.uv.copy()
     hole = uv[:, 1] == 0
     uv[hole, 0] += 0.2 + 0.1 * np.sin(2 * np.pi * uv[hole, 0])
-    mended = unfold(moved(flat, uv), springs, is_fixed, ignore)
+    mended = unfold(moved(flat, uv), net, is_fixed, ignore).flat
     assert count_flipped(mended) == 0
     assert np.array_equal(mended.uv[is_fixed], uv[is_fixed])
 
@@ -65,17 +65,17 @@ def test_boundaries_that_slid_along_themselves_are_mended_with_the_rest_kept(see
 @given(seed=SEEDS)
 @settings(max_examples=20)
 def test_where_nothing_is_flipped_nothing_changes(seed):
-    flat, springs, is_fixed = laid(*random_ring(seed))
-    assert unfold(flat, springs, is_fixed, ignore) is flat
+    flat, net, is_fixed = laid(*random_ring(seed))
+    assert unfold(flat, net, is_fixed, ignore).flat is flat
 
 
 def test_far_from_a_fold_nothing_moves():
     ring, surface, _ = regular_ring(around=60, layers=30)
-    flat, springs, is_fixed = laid(ring, surface)
+    flat, net, is_fixed = laid(ring, surface)
     uv = flat.uv.copy()
     pushed = 15 * 60 + 20  # to behind its neighbour
     uv[pushed, 0] -= 1.5 / 60
-    mended = unfold(moved(flat, uv), springs, is_fixed, ignore)
+    mended = unfold(moved(flat, uv), net, is_fixed, ignore).flat
     layer, place = np.divmod(np.arange(len(uv)), 60)
     near = (np.abs(layer - 15) <= 6) & (np.abs(place - 20) <= 6)
     assert count_flipped(moved(flat, uv)) > 0

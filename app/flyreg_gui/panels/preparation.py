@@ -20,8 +20,8 @@ from PySide6.QtWidgets import (
 )
 
 from flyreg_core.landmarks import Pairing
-from flyreg_core.pipeline import PreparedBrain, Results
 from flyreg_core.project import Brain, Project
+from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.session import Session
 
 PAIRINGS: tuple[Pairing, ...] = ("shape", "coordinate", "arc length", "nearest")

@@ -11,7 +11,7 @@ from PySide6.QtCore import QPointF
 from flyreg_core.correspondence import PlacedLandmark
 from flyreg_core.landmarks import HalfName
 from flyreg_core.mesh import Floats, Integers
-from flyreg_core.pipeline import Results
+from flyreg_core.results import Results
 from flyreg_core.topology import boundary_loops
 from flyreg_gui.theme import SOURCE, Theme
 from flyreg_gui.views.canvas import FlatCanvas

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flyreg_core.mesh import Integers
-from flyreg_core.pipeline import PreparedBrain
+from flyreg_core.results import PreparedBrain
 from flyreg_core.torus import ORIGINS
 from flyreg_gui.theme import Color
 from flyreg_gui.views.layers import Colors

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QSplitter, QVBoxLayout, QWidget
 from flyreg_core import edits
 from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats
-from flyreg_core.pipeline import PreparedBrain, Results
+from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.landmark_mode import LandmarkMode
 from flyreg_gui.preparing import ROLES, Remains

@@ -1,0 +1,108 @@
+"""What follows from a project, and what the user should know about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from flyreg_core.alignment import Alignment
+from flyreg_core.caps import Cap
+from flyreg_core.correspondence import FlatBrain, PlacedLandmark
+from flyreg_core.frame import BrainFrame
+from flyreg_core.halves import FlatHalf
+from flyreg_core.judgement import Judgement
+from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair
+from flyreg_core.lift import Registration
+from flyreg_core.mesh import SurfaceMesh
+from flyreg_core.project import Brain, Project
+from flyreg_core.shape_map import ShapeMap
+from flyreg_core.simplify import Simplified
+from flyreg_core.surface_distance import Distances
+from flyreg_core.torus import Torus
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedBrain:
+    """One brain after all stages that concern it alone."""
+
+    brain: Brain
+    raw: SurfaceMesh  # as read, micrometres
+    torus: Torus
+    simplified: Simplified
+    flat: FlatBrain
+    caps: tuple[Cap, Cap]
+
+    @property
+    def surface(self) -> SurfaceMesh:
+        """The main brain, closed, refined along its cuts."""
+        return self.flat.dissection.surface
+
+    @property
+    def frame(self) -> BrainFrame:
+        """The axes of the animal."""
+        return self.flat.frame
+
+    @property
+    def halves(self) -> Mapping[HalfName, FlatHalf]:
+        """Both halves laid flat."""
+        return self.flat.halves
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """What follows from a project."""
+
+    project: Project
+    source: PreparedBrain
+    target: PreparedBrain
+    alignment: Alignment  # of the source as read with the target as read
+    to_target: ShapeMap | None  # of space, from the outsides alone; None: not asked for
+    landmarks: tuple[PlacedLandmark, ...]
+    registration: Registration
+    distances: Distances | None  # registered to target and back; None: not measured
+    judgement: Judgement | None  # None: not measured
+    warnings: tuple[str, ...]
+    seconds: Mapping[str, float]  # by stage, 0 where the last result was still good
+
+
+def find_warnings(
+    source: PreparedBrain,
+    target: PreparedBrain,
+    alignment: Alignment,
+    pairs: tuple[LandmarkPair, ...],
+    landmarks: tuple[PlacedLandmark, ...],
+    registration: Registration,
+) -> tuple[str, ...]:
+    """Return what the user should know about a registration that went through, a sentence each."""
+    warnings = []
+    name = source.brain.input.name
+    if alignment.is_mirrored and source.brain.pose.axes is None:
+        warnings.append(
+            f"{name} is taken for the mirror image of a brain, as {target.brain.input.name} fits it "
+            "better so; state how it lies if this is wrong"
+        )
+    if not alignment.is_sure and source.brain.pose.axes is None:
+        warnings.append(
+            f"which side of {name} is its front and which its top is not sure; look whether it lies "
+            f"as {target.brain.input.name} does, and state how it lies if not"
+        )
+    for brain in (source, target):
+        name = brain.brain.input.name
+        warnings += [
+            f"{name}: {text}" for text in (*brain.torus.warnings, *brain.simplified.warnings)
+        ]
+    warnings += [
+        f"landmark {pair.name} has only one end and is not used"
+        for pair in pairs
+        if not pair.is_placed
+    ]
+    warnings += [
+        f"landmark {mark.pair.name} lies on different halves, or beyond a trim plane, and is not used"
+        for mark in landmarks
+        if not mark.plane
+    ]
+    for half in HALVES:
+        warped = registration.halves[half]
+        if warped.flipped:
+            warnings.append(f"{warped.flipped} triangles of the {half} half are folded")
+    return tuple(warnings)
