@@ -224,6 +224,14 @@ def _checksum(path: Path) -> str:
     return digest.hexdigest()
 
 
+def check_unchanged(brain: BrainInput) -> None:
+    """Raise `InputError` if the file of a brain is gone, or has changed since it was opened."""
+    path = Path(brain.path)
+    is_volume = brain.kind == "label volume"
+    digest = _checksum(path) if is_volume else hashlib.sha256(read_bytes(path)).hexdigest()
+    _check_unchanged(brain, digest)
+
+
 def _check_unchanged(brain: BrainInput, sha256: str) -> None:
     if sha256 != brain.sha256:
         raise InputError(

@@ -79,13 +79,14 @@ def _prepare(arguments: argparse.Namespace) -> None:
 
 
 def _register(arguments: argparse.Namespace) -> None:
+    from flyreg_core.cache import open_cache
     from flyreg_core.files import check_place
     from flyreg_core.pipeline import Pipeline
 
     started = time.perf_counter()
     check_place(arguments.output / "registered.ply")
     project = _project(arguments)
-    pipeline = Pipeline()
+    pipeline = Pipeline(open_cache())
     with _Progress() as progress:
         results = pipeline.run(project, progress)
         if arguments.smoothing == AUTOMATIC and results.judgement is not None:
@@ -184,6 +185,7 @@ def _with_landmarks(project: Project, path: Path) -> Project:
 
 def _transform(arguments: argparse.Namespace) -> None:
     from flyreg_core.brain_files import UM_PER_UNIT
+    from flyreg_core.cache import open_cache
     from flyreg_core.files import check_place
     from flyreg_core.pipeline import Pipeline
     from flyreg_core.point_files import read_points, write_points
@@ -197,7 +199,7 @@ def _transform(arguments: argparse.Namespace) -> None:
     if not reach >= 0:
         raise FlyregError(f"the reach must be 0 or a positive number of micrometres, not {reach}")
     with _Progress() as progress:
-        results = Pipeline().run(project, progress, measure=False)
+        results = Pipeline(open_cache()).run(project, progress, measure=False)
     start, end = results.source.surface, results.registration.surface
     brains = [results.source, results.target]
     if arguments.inverse:

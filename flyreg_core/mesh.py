@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from flyreg_core.errors import MeshError
+from flyreg_core.normals import vertex_normals
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -54,11 +55,7 @@ class SurfaceMesh:
     @cached_property
     def vertex_normals(self) -> Floats:
         """(n, 3) unit normals, area-weighted means of the faces around; 0 where there is no face."""
-        total = np.zeros_like(self.vertices)
-        for corner in range(3):
-            np.add.at(total, self.faces[:, corner], self.face_normals)
-        length = np.linalg.norm(total, axis=1, keepdims=True)
-        return np.asarray(np.divide(total, length, out=np.zeros_like(total), where=length > 0))
+        return vertex_normals(self.vertices, self.faces)
 
     @property
     def diagonal(self) -> float:

@@ -10,7 +10,8 @@ import numpy as np
 
 from flyreg_core.alignment import Alignment, align
 from flyreg_core.boundary import find_curves
-from flyreg_core.brain_files import read_brain
+from flyreg_core.brain_files import check_unchanged, read_brain
+from flyreg_core.cache import Cache, key_of
 from flyreg_core.caps import find_caps
 from flyreg_core.correspondence import (
     FlatBrain,
@@ -41,7 +42,7 @@ from flyreg_core.placements import Geometry, Placements, place_all
 from flyreg_core.pose import PoseParameters, find_frame
 from flyreg_core.progress import Report, ignore, within
 from flyreg_core.project import Brain, Project
-from flyreg_core.results import PreparedBrain, Results, find_warnings
+from flyreg_core.results import Pair, PreparedBrain, Results, find_warnings
 from flyreg_core.shape_map import ShapeMap, fit_shape_map
 from flyreg_core.simplify import Simplified, simplify
 from flyreg_core.smooth import SmoothParameters, smooth
@@ -55,9 +56,14 @@ T = TypeVar("T")
 
 
 class Pipeline:
-    """Runs projects; what did not change since the last run is not computed again."""
+    """Runs projects; what did not change since the last run is not computed again.
 
-    def __init__(self) -> None:
+    With a `cache`, nor are brains that any program has prepared before.
+    """
+
+    def __init__(self, cache: Cache | None = None) -> None:
+        self._cache = cache
+        self._pair = Memo("", self._cached_pair, capacity=4)  # its stages count
         self._read = Memo("read", read_brain, capacity=4)
         self._frame = Memo("pose", _frame, capacity=4)
         self._align = Memo("alignment", _align, capacity=4)
@@ -119,29 +125,54 @@ class Pipeline:
         raw = self._read(brain.input, report=within(report, 0.0, 0.7))
         return raw, self._frame(raw, brain.pose, report=within(report, 0.7, 1.0))
 
-    def _prepare_pair(
-        self, project: Project, report: Report
-    ) -> tuple[PreparedBrain, PreparedBrain, Alignment, ShapeMap | None]:
+    def _prepare_pair(self, project: Project, report: Report) -> Pair:
+        """Return source and target prepared, from memory or disk if they were prepared before."""
+        return self._pair(
+            *(project.source, project.target, project.boundary.is_by_shape), report=report
+        )
+
+    def _cached_pair(self, source: Brain, target: Brain, is_by_shape: bool, report: Report) -> Pair:
+        if self._cache is None:
+            return self._make_pair(source, target, is_by_shape, report)
+        for brain in (source, target):
+            report(0.0, "reading the brain")
+            check_unchanged(brain.input)
+        key = key_of("pair", source, target, is_by_shape)
+        report(0.1, "opening prepared brains")
+        known = self._cache.get(key)
+        if isinstance(known, Pair):
+            return replace(
+                known,
+                source=replace(known.source, brain=source),
+                target=replace(known.target, brain=target),
+            )
+        pair = self._make_pair(source, target, is_by_shape, report)
+        self._cache.put(key, pair)
+        return pair
+
+    def _make_pair(
+        self, source_brain: Brain, target_brain: Brain, is_by_shape: bool, report: Report
+    ) -> Pair:
         """Return source and target prepared, the source as the target is, and how it lies on it."""
-        target = self.prepare(project.target, within(report, 0.0, 0.45))
-        raw, frame = self.raw(project.source, within(report, 0.45, 0.5))
+        target = self.prepare(target_brain, within(report, 0.0, 0.45))
+        raw, frame = self.raw(source_brain, within(report, 0.45, 0.5))
         alignment = self._align(
-            *(raw, target.raw, frame, target.frame, project.source.pose.axes is not None),
+            *(raw, target.raw, frame, target.frame, source_brain.pose.axes is not None),
             report=within(report, 0.5, 0.55),
         )
         to_target = None
-        if project.boundary.is_by_shape:
+        if is_by_shape:
             to_target = self._shape(raw, target.raw, alignment, report=within(report, 0.55, 0.65))
         match = self._match(
             *(frame, target.torus, target.flat.dissection, alignment, to_target),
             report=report,
         )
         source = target
-        if project.source != project.target:
-            source = self.prepare(project.source, within(report, 0.65, 0.95), match)
+        if source_brain != target_brain:
+            source = self.prepare(source_brain, within(report, 0.65, 0.95), match)
         if to_target is not None:
             source = self._lay_over(source, target, to_target, report=within(report, 0.95, 1.0))
-        return source, target, alignment, to_target
+        return Pair(source, target, alignment, to_target)
 
     def run(self, project: Project, report: Report = ignore, measure: bool = True) -> Results:
         """Return what follows from a project; without `measure` distances are left out.
@@ -156,9 +187,8 @@ class Pipeline:
         memos = [value for value in vars(self).values() if isinstance(value, Memo)]
         for memo in memos:
             memo.seconds = 0.0
-        source, target, alignment, to_target = self._prepare_pair(
-            project, within(report, 0.0, 0.84)
-        )
+        pair = self._prepare_pair(project, within(report, 0.0, 0.84))
+        source, target, to_target = pair.source, pair.target, pair.to_target
         automatic = self._boundary(source.flat, target.flat, project.boundary, report=report)
         if to_target is not None:
             automatic += self._suggest(
@@ -182,10 +212,10 @@ class Pipeline:
             distances = self._distances(
                 registration.surface, target.surface, report=within(report, 0.9, 1.0)
             )
-        seconds = {memo.name: memo.seconds for memo in memos}
-        warnings = find_warnings(source, target, alignment, pairs, landmarks, registration)
+        seconds = {memo.name: memo.seconds for memo in memos if memo.name}
+        warnings = find_warnings(source, target, pair.alignment, pairs, landmarks, registration)
         return Results(
-            *(project, source, target, alignment, to_target, landmarks),
+            *(project, source, target, pair.alignment, to_target, landmarks),
             *(registration, distances, judgement, warnings, seconds),
         )
 

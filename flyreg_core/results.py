@@ -49,6 +49,16 @@ class PreparedBrain:
 
 
 @dataclass(frozen=True, eq=False)
+class Pair:
+    """Two brains prepared for each other, and how the source lies on the target."""
+
+    source: PreparedBrain  # trimmed, cut and laid flat as the target is
+    target: PreparedBrain
+    alignment: Alignment  # of the source as read with the target as read
+    to_target: ShapeMap | None  # of space, from the outsides alone; None: not asked for
+
+
+@dataclass(frozen=True, eq=False)
 class Results:
     """What follows from a project."""
 

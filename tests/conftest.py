@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+os.environ.setdefault("FLYREG_CACHE", "off")  # nothing is taken from, or left to, the user's
+
 HAS_DISPLAY = not sys.platform.startswith("linux") or bool(
     os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
 )

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QApplication
 
 from flyreg_core.brain_files import open_brain
+from flyreg_core.cache import open_cache
 from flyreg_core.errors import FlyregError
 from flyreg_core.pipeline import Pipeline
 from flyreg_core.project import Brain, Project, Unit
@@ -38,7 +39,7 @@ def run(request: Request) -> int:
         project, problem = None, sentence_for(error)
     else:
         problem = ""
-    window = MainWindow(Pipeline())
+    window = MainWindow(Pipeline(open_cache()))
     catcher = ExceptionCatcher(window)
     catcher.caught.connect(window.show_problem)
     previous_hook = sys.excepthook

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
@@ -58,35 +59,52 @@ class LandmarkTable(QAbstractTableModel):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._rows: list[Row] = []
+        self._pairs: list[LandmarkPair] = []
+        self._residuals: Mapping[str, float] = {}
+        self._by_id: dict[str, LandmarkPair] = {}
 
     def show(self, project: Project | None, results: Results | None) -> None:
         """Show the landmarks of a project; `results` may be those of an earlier one."""
-        rows = _rows(project, results)
-        changed = rows != self._rows
-        same = [row.pair.id for row in rows] == [row.pair.id for row in self._rows]
-        if not same:
+        before, pairs = self._pairs, _pairs(project, results)
+        known, residuals = self._residuals, _residuals(results)
+        by_id = {pair.id: pair for pair in pairs}
+        is_new = list(self._by_id) != list(by_id)
+        if is_new:
             self.beginResetModel()
-        self._rows = rows
-        if not same:
+        self._pairs, self._residuals, self._by_id = pairs, residuals, by_id
+        if is_new:
             self.endResetModel()
-        elif changed:
-            self.dataChanged.emit(self.index(0, 0), self.index(len(rows) - 1, len(Column) - 1))
+            return
+        changed = [
+            row
+            for row, (old, new) in enumerate(zip(before, self._pairs, strict=True))
+            if old is not new and old != new
+        ]
+        if changed:
+            last = self.index(changed[-1], len(Column) - 1)
+            self.dataChanged.emit(self.index(changed[0], 0), last)
+        if known is not self._residuals and self._pairs:
+            last = self.index(len(self._pairs) - 1, Column.RESIDUAL)
+            self.dataChanged.emit(self.index(0, Column.RESIDUAL), last)
 
     def pair(self, row: int) -> LandmarkPair:
         """Return the pair in a row."""
-        return self._rows[row].pair
+        return self._pairs[row]
+
+    def pair_of(self, identifier: str) -> LandmarkPair | None:
+        """Return the pair with an id."""
+        return self._by_id.get(identifier)
 
     @property
     def ids(self) -> list[str]:
         """The ids of all pairs, row by row."""
-        return [row.pair.id for row in self._rows]
+        return list(self._by_id)
 
     # What Qt asks
 
     def rowCount(self, parent: Index = ROOT) -> int:
         """Return how many landmarks there are."""
-        return 0 if parent.isValid() else len(self._rows)
+        return 0 if parent.isValid() else len(self._pairs)
 
     def columnCount(self, parent: Index = ROOT) -> int:
         """Return how many columns there are."""
@@ -117,7 +135,8 @@ class LandmarkTable(QAbstractTableModel):
         """Return what is shown in a cell, or known about its row."""
         if not index.isValid():
             return None
-        row, column = self._rows[index.row()], Column(index.column())
+        pair = self._pairs[index.row()]
+        row, column = Row(pair, self._residuals.get(pair.id)), Column(index.column())
         match role:
             case Qt.ItemDataRole.DisplayRole:
                 return _text(row, column)
@@ -136,19 +155,22 @@ class LandmarkTable(QAbstractTableModel):
         return None
 
 
-def _rows(project: Project | None, results: Results | None) -> list[Row]:
+def _pairs(project: Project | None, results: Results | None) -> list[LandmarkPair]:
+    """Return all pairs, with the weights that the project gives them now."""
     if project is None:
         return []
-    own = {pair.id: pair for pair in project.pairs}
-    residuals = results.registration.residual_um if results is not None else {}
-    rows = []
-    for landmark in results.landmarks if results is not None else ():
-        pair = landmark.pair
+    made = [mark.pair for mark in results.landmarks] if results is not None else []
+    pairs = []
+    for pair in made:
         if pair.origin != "user":
-            weight = project.weights.get(pair.id, 1.0 if pair.origin == "boundary" else pair.weight)
-            rows.append(Row(replace(pair, weight=weight), residuals.get(pair.id)))
-    rows.extend(Row(pair, residuals.get(pair.id)) for pair in own.values())
-    return rows
+            usual = 1.0 if pair.origin == "boundary" else pair.weight
+            weight = project.weights.get(pair.id, usual)
+            pairs.append(pair if pair.weight == weight else replace(pair, weight=weight))
+    return [*pairs, *project.pairs]
+
+
+def _residuals(results: Results | None) -> Mapping[str, float]:
+    return results.registration.residual_um if results is not None else {}
 
 
 def _text(row: Row, column: Column) -> str:

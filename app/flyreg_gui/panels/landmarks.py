@@ -146,12 +146,12 @@ class LandmarksPanel(QWidget):
 
     def _suggested(self) -> list[LandmarkPair]:
         """Return the selected suggestions that are in use."""
-        pairs = [self.model.pair(row) for row in self._rows()]
-        return [
-            pair
-            for pair in pairs
-            if pair.id in self._selection.ids and pair.origin == "suggested" and pair.weight > 0
-        ]
+        return [pair for pair in self._chosen() if pair.origin == "suggested" and pair.weight > 0]
+
+    def _chosen(self) -> list[LandmarkPair]:
+        """Return the selected pairs, in the order in which they were selected."""
+        pairs = (self.model.pair_of(identifier) for identifier in self._selection.ids)
+        return [pair for pair in pairs if pair is not None]
 
     def _best_smoothing(self) -> float | None:
         """Return the smoothing that cross-validation finds, once the newest results are judged."""
@@ -206,17 +206,16 @@ class LandmarksPanel(QWidget):
         self.accept_button.setEnabled(bool(self._suggested()))
         names = self._names(chosen)
         self._weight_label.setText(f"Weight of {names}" if chosen else "Weight: select a landmark")
-        pairs = [self.model.pair(row) for row in self._rows()]
-        weights = {pair.id: pair.weight for pair in pairs if pair.id in chosen}
+        weights = [pair.weight for pair in self._chosen()]
         if not weights:
             self._weight_value.clear()
             self.weight_slider.setToolTip("")
             return
-        weight = weights[chosen[-1]]
+        weight = weights[-1]
         self.weight_slider.show_value(weight)
         inverse = f"W⁻¹ entry {1 / weight:.4g}" if weight else "left out of the spline"
         self.weight_slider.setToolTip(f"{names}: {inverse}")
-        mixed = "" if len(set(weights.values())) == 1 else " (others differ)"
+        mixed = "" if len(set(weights)) == 1 else " (others differ)"
         self._weight_value.setText(format_weight(weight) + mixed)
 
     def _show_selected_rows(self) -> None:
@@ -237,12 +236,9 @@ class LandmarksPanel(QWidget):
         self._is_showing = False
 
     def _names(self, ids: Iterable[str]) -> str:
-        by_id = {self.model.pair(row).id: self.model.pair(row).name for row in self._rows()}
-        names = [by_id[identifier] for identifier in ids if identifier in by_id]
+        pairs = (self.model.pair_of(identifier) for identifier in ids)
+        names = [pair.name for pair in pairs if pair is not None]
         return ", ".join(names) if len(names) <= MANY else f"{len(names)} landmarks"
-
-    def _rows(self) -> range:
-        return range(self.model.rowCount())
 
 
 def format_smoothing(smoothing: float) -> str:

@@ -58,6 +58,7 @@ class StepCard(QFrame):
         self._grid.addWidget(self._state, 0, 2)
         self._grid.addWidget(self._details, 1, 1, 1, 2)
         self.report: StepReport | None = None
+        self._shown: tuple[StepReport, str, Theme] | None = None
 
     def add(self, widget: QWidget) -> None:
         """Put something below the numbers."""
@@ -73,6 +74,10 @@ class StepCard(QFrame):
 
     def show_report(self, report: StepReport, reason: str, theme: Theme) -> None:
         """Show the state of the step; `reason` says why it failed, if it did."""
+        shown = (report, reason, theme)
+        if shown == self._shown:
+            return
+        self._shown = shown
         colors = {
             State.RUNNING: theme.busy,
             State.DONE: theme.good,

@@ -9,7 +9,6 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 from pyvista import BasePlotter
-from scipy import sparse
 from vtkmodules.vtkRenderingCore import (
     vtkActor,
     vtkCoordinate,
@@ -19,6 +18,7 @@ from vtkmodules.vtkRenderingCore import (
 )
 
 from flyreg_core.mesh import Integers
+from flyreg_core.normals import vertex_normals
 from flyreg_gui.theme import Color, unit
 
 Floats = NDArray[np.float64]
@@ -42,7 +42,6 @@ class SurfaceLayer:
         self._faces: Integers | None = None
         self._colors: Colors | None = None
         self._shown: tuple[object, object, object] = (None, None, None)
-        self._normals: _VertexNormals | None = None
         self._polydata = pv.PolyData()
         self.actor: pv.Actor | None = None
 
@@ -59,8 +58,8 @@ class SurfaceLayer:
                 _put(self._polydata.point_data["color"], colors)
         else:
             self._build(vertices, faces, colors)
-        if self._normals is not None and vertices is not self._vertices:
-            _put(self._polydata.point_data.active_normals, self._normals(vertices))
+        if self._lit and vertices is not self._vertices:
+            self._put_normals(faces)
         self._vertices, self._faces, self._colors = vertices, faces, colors
         self._polydata.Modified()
         return True
@@ -71,8 +70,7 @@ class SurfaceLayer:
         self._polydata = pv.PolyData.from_regular_faces(points, triangles)
         self._polydata.point_data["color"] = np.array(colors)
         if self._lit:
-            self._normals = _VertexNormals(faces, len(vertices))
-            normals: Any = self._normals(vertices)
+            normals: Any = vertex_normals(points, faces)
             self._polydata.point_data.active_normals = normals
         self.actor = self._plotter.add_mesh(
             self._polydata,
@@ -93,11 +91,15 @@ class SurfaceLayer:
         if self._lit:
             self.actor.prop.interpolation = "Phong"
 
+    def _put_normals(self, faces: Integers) -> None:
+        points = np.asarray(self._polydata.points)
+        _put(self._polydata.point_data.active_normals, vertex_normals(points, faces))
+
     def hide(self) -> None:
         """Remove the mesh from the scene."""
         if self.actor is not None:
             self._plotter.remove_actor(self.actor, reset_camera=False, render=False)
-        self.actor = self._vertices = self._faces = self._normals = None
+        self.actor = self._vertices = self._faces = None
 
     def set_opacity(self, opacity: float) -> None:
         """Let through what is behind; at 0 the mesh is not drawn at all."""
@@ -155,23 +157,6 @@ class SheetLayer:
             self._mapper.SetInputData(pv.PolyData(corners.astype(np.float32), faces))
         segments = np.concatenate(edges) if edges else np.zeros((0, 2), dtype=np.int64)
         self._outline.show(corners, segments)
-
-
-class _VertexNormals:
-    """Normals of the vertices of one triangulation, for any positions of them."""
-
-    def __init__(self, faces: Integers, n_vertices: int) -> None:
-        ones = np.ones(faces.size, dtype=np.float32)
-        columns = np.repeat(np.arange(len(faces)), 3)
-        shape = (n_vertices, len(faces))
-        self._faces = faces
-        self._sum = sparse.csr_array((ones, (faces.reshape(-1), columns)), shape=shape)
-
-    def __call__(self, vertices: Floats) -> NDArray[np.float32]:
-        a, b, c = (vertices.astype(np.float32)[self._faces[:, i]] for i in range(3))
-        total = self._sum @ np.cross(b - a, c - a)
-        length = np.linalg.norm(total, axis=1, keepdims=True)
-        return np.asarray(total / np.maximum(length, 1e-12), dtype=np.float32)
 
 
 class MarkerLayer:

@@ -49,7 +49,7 @@ def style_markers(
     """Return how landmarks look."""
     pairs = [landmark.pair for landmark in landmarks]
     is_selected = np.array([pair.id in selected for pair in pairs], dtype=bool)
-    sizes = np.array([size_of(pair.weight) for pair in pairs])
+    sizes = sizes_of(np.array([pair.weight for pair in pairs]))
     colors = [_color(pair, theme) for pair in pairs]
     array = np.array(colors, dtype=np.uint8).reshape(-1, 3)
     array[is_selected] = theme.selected
@@ -71,8 +71,8 @@ def _color(pair: LandmarkPair, theme: Theme) -> Color:
     return red, green, blue
 
 
-def size_of(weight: float) -> float:
-    """Return the relative size of a landmark's marker; 1 at weight 1."""
-    if weight <= 0:
-        return OFF_SIZE
-    return float(np.clip(1 + SIZE_PER_DECADE * np.log10(weight), SMALLEST, LARGEST))
+def sizes_of(weights: Floats) -> Floats:
+    """Return the relative sizes of landmarks' markers; 1 at weight 1."""
+    decades = np.log10(weights, out=np.zeros(len(weights)), where=weights > 0)
+    sizes = np.clip(1 + SIZE_PER_DECADE * decades, SMALLEST, LARGEST)
+    return np.where(weights > 0, sizes, OFF_SIZE)
