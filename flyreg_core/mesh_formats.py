@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from flyreg_core import amira_format, vtk_format
@@ -107,6 +106,8 @@ def encode(suffix: str, vertices: Floats, faces: Integers, properties: Propertie
             return _encode_obj(vertices, faces)
         case ".off":
             return _encode_off(vertices, faces)
+    import trimesh  # takes long, and few formats need it
+
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     content: Any = mesh.export(file_type=suffix.lower().lstrip("."))
     return bytes(content)
@@ -163,6 +164,8 @@ def _merged(vertices: Floats, faces: Integers) -> Geometry:
 
 
 def _decode_with_trimesh(content: bytes, path: Path) -> Geometry:
+    import trimesh
+
     scene = trimesh.load_scene(
         io.BytesIO(content),
         file_type=path.suffix.lower().lstrip("."),

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
 
 from flyreg_core.errors import InputError
 from flyreg_core.mesh import Floats
@@ -54,6 +53,8 @@ def decode(content: bytes, path: Path) -> PointCloud:
 
 def ply_normals(content: bytes) -> Floats | None:
     """Return the (n, 3) normals of the vertices of a PLY file that is known to be whole."""
+    import trimesh  # takes long, and few formats need it
+
     scene = trimesh.load_scene(io.BytesIO(content), file_type="ply", process=False)
     geometry: Any = next(iter(scene.geometry.values()))
     data = geometry.metadata["_ply_raw"]["vertex"]["data"]
