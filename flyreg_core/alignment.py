@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -56,6 +56,10 @@ class Alignment:
     candidates: tuple[Candidate, ...]  # the chosen one first, then the best
     is_sure: bool  # whether front and top are clearly those, or clearly the own frame's
     is_side_sure: bool  # whether it is clear that the source is, or is not, a mirror image
+
+    def turned_round(self, frame: BrainFrame) -> Alignment:
+        """Return how the target lies on the source; the target's frame is given."""
+        return replace(self, to_target=self.to_target.inverse(), frame=frame)
 
     @property
     def is_mirrored(self) -> bool:

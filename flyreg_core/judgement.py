@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,10 +18,13 @@ from flyreg_core.cross_validation import (
     find_spectrum,
     leave_one_out,
 )
+from flyreg_core.errors import LandmarkError
 from flyreg_core.landmarks import HALVES, HalfName
 from flyreg_core.lift import Locators, Registration, lift
+from flyreg_core.locate import TriangleGrid, strip_grid
 from flyreg_core.mesh import Floats
 from flyreg_core.rectangle import from_plane
+from flyreg_core.thin_plate_spline import fit_thin_plate_spline
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +34,7 @@ class Judgement:
     cross_validation: CrossValidation
     leave_one_out_um: Mapping[str, float]  # by id of the landmarks in use
     folds_by_landmark: Mapping[str, int]  # vertices moved to mend folds, by id of who is nearest
+    there_and_back_um: Floats  # (n,) by how much vertices of the halves miss where they came from
 
 
 def judge(
@@ -42,22 +47,24 @@ def judge(
 ) -> Judgement:
     """Return how well each landmark is foretold by all others, and which ones fold the surface.
 
-    A landmark that both halves share has the larger of its two errors.
+    A landmark that both halves share has the larger of its two errors. The way back is the spline
+    that registers the target to the source with the same pairs, weights and smoothing.
     """
     spectra: list[Spectrum] = []
     errors: dict[str, float] = {}
     folds: Counter[str] = Counter()
     surface = target.dissection.surface.vertices
+    returns = []
     for half in HALVES:
         acting = [mark for mark in landmarks if half in mark.plane]
         ends = np.array([mark.plane[half] for mark in acting])
-        spectrum = find_spectrum(
-            ends[:, 0], ends[:, 1], np.array([mark.pair.weight for mark in acting])
-        )
+        weights = np.array([mark.pair.weight for mark in acting])
+        spectrum = find_spectrum(ends[:, 0], ends[:, 1], weights)
         spectra.append(spectrum)
         misses = leave_one_out(spectrum, smoothing)
         known = np.flatnonzero(np.isfinite(misses).all(axis=1))
-        there = _lifted(half, target, locators, ends[known, 1] - misses[known], surface)
+        foretold = ends[known, 1] - misses[known]
+        there = _lifted(half, target, locators.halves[half], foretold, surface)
         for number, place in zip(known, there, strict=True):
             mark = acting[number]
             error = float(np.linalg.norm(place - mark.target_point))
@@ -66,14 +73,25 @@ def judge(
         used = [number for number, mark in enumerate(acting) if mark.pair.weight > 0]
         nearest = np.asarray(KDTree(ends[used, 0]).query(folded)[1])
         folds.update(acting[used[number]].pair.id for number in nearest.tolist())
-    return Judgement(cross_validate(spectra), errors, dict(folds.most_common()))
+        with suppress(LandmarkError):  # targets at one place cannot be told apart on the way back
+            back = fit_thin_plate_spline(ends[:, 1], ends[:, 0], weights, smoothing)
+            returns.append(_misses(source, half, back(registration.halves[half].plane)))
+    returned = np.concatenate(returns) if len(returns) == len(HALVES) else np.zeros(0)
+    return Judgement(cross_validate(spectra), errors, dict(folds.most_common()), returned)
+
+
+def _misses(source: FlatBrain, half: HalfName, places: Floats) -> Floats:
+    """Return how far vertices of a half lie from (k, 2) places of its rectangle, micrometres."""
+    own, surface = source.halves[half], source.dissection.surface.vertices
+    points = _lifted(half, source, strip_grid(own.flat), places, surface)
+    return np.asarray(np.linalg.norm(points - surface[own.vertex_of], axis=1))
 
 
 def _lifted(
-    half: HalfName, target: FlatBrain, locators: Locators, places: Floats, surface: Floats
+    half: HalfName, brain: FlatBrain, grid: TriangleGrid, places: Floats, surface: Floats
 ) -> Floats:
-    """Return the (k, 3) points of the target's surface at (k, 2) places of the rectangle."""
-    other = target.halves[half]
+    """Return the (k, 3) points of a brain's surface at (k, 2) places of the rectangle."""
+    other = brain.halves[half]
     u, beta = from_plane(places)
     uv = np.stack([u, other.law.v(np.clip(beta, 0.0, 1.0))], axis=1)
-    return lift(uv, other, locators.halves[half], surface)
+    return lift(uv, other, grid, surface)

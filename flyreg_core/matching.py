@@ -9,12 +9,15 @@ from scipy.spatial import KDTree
 
 from flyreg_core.alignment import OWN, Alignment
 from flyreg_core.cut import PIECES, Dissection
+from flyreg_core.edits import Role
 from flyreg_core.frame import LEFT_RIGHT, BrainFrame
 from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.project import Brain
 from flyreg_core.shape_map import ShapeMap
 from flyreg_core.skin import NORMAL_UM
-from flyreg_core.torus import ORIGINS, Torus
+from flyreg_core.solid import VoxelSolid, close_solid
+from flyreg_core.torus import CLOSING, ORIGINS, Torus
 from flyreg_core.trim import TrimPlanes
 
 
@@ -41,6 +44,32 @@ class Match:
     planes: TrimPlanes | None  # where the target's planes come to lie; None: found by itself
     cut: CarriedCut | None
     grid_runs_right: bool  # see `Torus`: the faces of both brains have the same pattern
+
+
+def who_decides(source: Brain, target: Brain) -> Role | None:
+    """Return the one brain of which the user has said how it lies, is trimmed or cut; None: not one."""
+    has_source, has_target = (_is_decided(brain) for brain in (source, target))
+    if has_source == has_target:
+        return None
+    return "source" if has_source else "target"
+
+
+def share_of_pockets(solid: VoxelSolid) -> float:
+    """Return which share of a brain's volume is pockets and cracks that the preparation closes.
+
+    Of two brains the one with fewer is laid flat by itself, and the other one as it is: what has no
+    partner is then filled, not to be squeezed in. It is the same brain whichever of them is the
+    source, so both directions of a registration are one map.
+    """
+    closed = close_solid(solid, CLOSING[0])
+    return 1 - float(np.count_nonzero(solid.inside)) / float(np.count_nonzero(closed.inside))
+
+
+def _is_decided(brain: Brain) -> bool:
+    usual = Brain(brain.input)
+    return (brain.pose, brain.trim, brain.handles, brain.cut) != (
+        *(usual.pose, usual.trim, usual.handles, usual.cut),
+    )
 
 
 def match_to_target(

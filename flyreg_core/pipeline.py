@@ -35,7 +35,7 @@ from flyreg_core.landmarks import (
 from flyreg_core.lay_over import lay_over
 from flyreg_core.lift import Locators, Registration, build_locators, register
 from flyreg_core.live_spline import LiveSpline
-from flyreg_core.matching import CarriedCut, Match, match_to_target
+from flyreg_core.matching import CarriedCut, Match, match_to_target, share_of_pockets, who_decides
 from flyreg_core.memo import Memo
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.placements import Geometry, Placements, place_all
@@ -47,7 +47,7 @@ from flyreg_core.shape_map import ShapeMap, fit_shape_map
 from flyreg_core.simplify import Simplified, simplify
 from flyreg_core.smooth import SmoothParameters, smooth
 from flyreg_core.solid import VoxelSolid, close_solid, voxelize
-from flyreg_core.suggestions import suggest_pairs
+from flyreg_core.suggestions import suggest_pairs, turned_round
 from flyreg_core.surface_distance import measure_distances
 from flyreg_core.torus import CLOSING, Torus, make_torus
 from flyreg_core.trim import TrimParameters, TrimPlanes, within_solid
@@ -133,7 +133,7 @@ class Pipeline:
 
     def _cached_pair(self, source: Brain, target: Brain, is_by_shape: bool, report: Report) -> Pair:
         if self._cache is None:
-            return self._make_pair(source, target, is_by_shape, report)
+            return self._led_pair(source, target, is_by_shape, report)
         for brain in (source, target):
             report(0.0, "reading the brain")
             check_unchanged(brain.input)
@@ -146,9 +146,26 @@ class Pipeline:
                 source=replace(known.source, brain=source),
                 target=replace(known.target, brain=target),
             )
-        pair = self._make_pair(source, target, is_by_shape, report)
+        pair = self._led_pair(source, target, is_by_shape, report)
         self._cache.put(key, pair)
         return pair
+
+    def _led_pair(self, source: Brain, target: Brain, is_by_shape: bool, report: Report) -> Pair:
+        """Return both brains prepared, the one that leads before the other."""
+        if is_by_shape and source != target and self._is_led_by_source(source, target, report):
+            return self._make_pair(target, source, is_by_shape, report).turned_round()
+        return self._make_pair(source, target, is_by_shape, report)
+
+    def _is_led_by_source(self, source: Brain, target: Brain, report: Report) -> bool:
+        leader = who_decides(source, target)
+        if leader is None:
+            shares = []
+            for brain in (target, source):
+                raw, frame = self.raw(brain, within(report, 0.0, 0.1))
+                solid = self._solid(raw, frame, brain.solid, report=within(report, 0.1, 0.2))
+                shares.append(share_of_pockets(solid))
+            leader = "source" if shares[1] < shares[0] else "target"
+        return leader == "source"
 
     def _make_pair(
         self, source_brain: Brain, target_brain: Brain, is_by_shape: bool, report: Report
@@ -191,9 +208,7 @@ class Pipeline:
         source, target, to_target = pair.source, pair.target, pair.to_target
         automatic = self._boundary(source.flat, target.flat, project.boundary, report=report)
         if to_target is not None:
-            automatic += self._suggest(
-                *(source.flat, target.flat, to_target, project.boundary.per_half), report=report
-            )
+            automatic += self._suggest(pair, project.boundary.per_half, report=report)
         pairs = (*with_decisions(automatic, project.weights, project.moved), *project.pairs)
         placements = self._place(source.flat, target.flat, pairs, report=report)
         locators = self._locators(target.flat, report=report)
@@ -369,15 +384,13 @@ def _lay_over(
     return replace(source, flat=lay_over(source.flat, target.flat, to_target, report))
 
 
-def _suggest(
-    source: FlatBrain,
-    target: FlatBrain,
-    to_target: ShapeMap,
-    per_half: int,
-    report: Report,
-) -> tuple[LandmarkPair, ...]:
+def _suggest(pair: Pair, per_half: int, report: Report) -> tuple[LandmarkPair, ...]:
     report(0.0, "suggesting landmarks")
-    return suggest_pairs(source, target, to_target, per_half)
+    led = pair.turned_round() if pair.is_led_by_source else pair
+    if led.to_target is None:
+        return ()
+    suggested = suggest_pairs(led.source.flat, led.target.flat, led.to_target, per_half)
+    return turned_round(suggested) if pair.is_led_by_source else suggested
 
 
 def _boundary_pairs(

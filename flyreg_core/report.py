@@ -158,6 +158,7 @@ def register_report(results: Results) -> Facts:
         },
         "landmark_list": _landmarks(results),
         "folds_by_landmark": dict(judgement.folds_by_landmark) if judgement else None,
+        "there_and_back_um": _there_and_back(judgement),
         "smoothing": project.smoothing,
         "smoothing_by_cross_validation": _cross_validation(judgement),
         "pairing": project.boundary.pairing,
@@ -166,6 +167,18 @@ def register_report(results: Results) -> Facts:
         if results.distances
         else None,
         "versions": versions(),
+    }
+
+
+def _there_and_back(judgement: Judgement | None) -> Facts | None:
+    """Return by how much registering back, with the same pairs, misses where vertices came from."""
+    if judgement is None or len(judgement.there_and_back_um) == 0:
+        return None
+    away = judgement.there_and_back_um
+    return {
+        "mean": float(away.mean()),
+        "p95": float(np.percentile(away, 95)),
+        "max": float(away.max()),
     }
 
 

@@ -52,10 +52,21 @@ class PreparedBrain:
 class Pair:
     """Two brains prepared for each other, and how the source lies on the target."""
 
-    source: PreparedBrain  # trimmed, cut and laid flat as the target is
+    source: PreparedBrain  # trimmed, cut and laid flat as the target is, unless it leads
     target: PreparedBrain
     alignment: Alignment  # of the source as read with the target as read
     to_target: ShapeMap | None  # of space, from the outsides alone; None: not asked for
+    is_led_by_source: bool = False  # the target is trimmed, cut and laid flat as the source is
+
+    def turned_round(self) -> Pair:
+        """Return the same brains, each in the role of the other."""
+        return Pair(
+            self.target,
+            self.source,
+            self.alignment.turned_round(self.target.frame),
+            None if self.to_target is None else self.to_target.turned_round(),
+            not self.is_led_by_source,
+        )
 
 
 @dataclass(frozen=True, eq=False)

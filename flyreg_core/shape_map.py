@@ -9,7 +9,7 @@ is sheared that need not be.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, polar
@@ -61,23 +61,34 @@ class BendingBasis:
 
 @dataclass(frozen=True, eq=False)
 class ShapeMap:
-    """A similarity followed by a smooth displacement."""
+    """A similarity followed by a smooth displacement; or, turned round, what undoes both."""
 
     similarity: AffineMap
     basis: BendingBasis
     coefficients: Floats  # (k, 3)
+    is_turned_round: bool = False
 
     def __call__(self, points: Floats) -> Floats:
         """Return where (n, 3) points of the source come to lie on the target, micrometres."""
-        start = self.similarity(points)
-        return np.asarray(start + self.basis(start) @ self.coefficients)
+        return self._undone(points) if self.is_turned_round else self._done(points)
 
     def back(self, points: Floats) -> Floats:
         """Return the (n, 3) points of the source that come to lie at points of the target."""
+        return self._done(points) if self.is_turned_round else self._undone(points)
+
+    def turned_round(self) -> ShapeMap:
+        """Return the map from the target to the source."""
+        return replace(self, is_turned_round=not self.is_turned_round)
+
+    def _done(self, points: Floats) -> Floats:
+        start = self.similarity(points)
+        return np.asarray(start + self.basis(start) @ self.coefficients)
+
+    def _undone(self, points: Floats) -> Floats:
         undo = self.similarity.inverse()
         found = undo(points)
         for _ in range(INVERSE_ROUNDS):
-            missing = points - self(found)
+            missing = points - self._done(found)
             found = found + missing @ undo.matrix.T
             if np.abs(missing).max(initial=0.0) < INVERSE_UM:
                 break

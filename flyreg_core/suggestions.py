@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from flyreg_core.correspondence import FlatBrain
@@ -38,6 +40,11 @@ def suggest_pairs(
     return tuple(
         pair for half in HALVES for pair in _suggest_in(half, source, target, to_target, per_half)
     )
+
+
+def turned_round(pairs: tuple[LandmarkPair, ...]) -> tuple[LandmarkPair, ...]:
+    """Return pairs from the target to the source."""
+    return tuple(replace(pair, source=pair.target, target=pair.source) for pair in pairs)
 
 
 def _suggest_in(

@@ -6,14 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from flyreg_core.frame import LEFT_RIGHT
 from flyreg_core.mesh import Booleans, Floats, SurfaceMesh
 from flyreg_core.surface_places import find_places
-from flyreg_core.torus import ORIGINS, Torus
+from flyreg_core.torus import Torus
 
 REACH_UM = 10.0
 """Points farther than this from the main brain's surface are not mapped unless the user says so."""
+
+SAMPLES = 2000
+"""About how many vertices tell how far a surface departs from a map."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +30,9 @@ class TransformedPoints:
 def find_in_pockets(
     points: Floats, torus: Torus, raw: SurfaceMesh, reach_um: float = REACH_UM
 ) -> Booleans:
-    """Return (n,) which points lie near the wall of a pocket that the prepared brain has filled.
+    """Return (n,) which points lie near the brain's own surface where the prepared one may be far.
 
-    There the brain's own surface is deeper than the prepared one.
+    That is in pockets and between sheets that the preparation has filled, between the trim planes.
 
     Parameters
     ----------
@@ -38,11 +41,10 @@ def find_in_pockets(
     torus, raw : Torus, SurfaceMesh
         The brain as prepared and as read.
     """
-    nearest = cKDTree(torus.surface.vertices).query(points)[1]
-    is_filled = torus.origin_of_vertex[nearest] == ORIGINS.index("filled")
-    result = np.zeros(len(points), dtype=bool)
-    pockets = np.flatnonzero(is_filled)
-    result[pockets] = find_places(points[pockets], raw).apart_um <= reach_um
+    side = torus.frame.coordinates(points)[:, LEFT_RIGHT]
+    result = (side > torus.planes.right) & (side < torus.planes.left)
+    between = np.flatnonzero(result)
+    result[between] = find_places(points[between], raw).apart_um <= reach_um
     return result
 
 
@@ -57,8 +59,10 @@ def transform_points(
 ) -> TransformedPoints:
     """Return points carried from one surface to another one that has the same faces.
 
-    Each point goes along with the nearest place of the surface and stays as far from it: in the
-    direction in which a smooth map of space takes it, or without one along the normal.
+    Each point goes along with the nearest place of the surface. Off the surface it follows a smooth
+    map of space, the more the farther off it lies: how the surface departs from that map counts no
+    more where it is farther than it departs itself. Without a map it stays as far from the surface,
+    along the normal.
 
     Parameters
     ----------
@@ -76,18 +80,31 @@ def transform_points(
         A smooth map of space that takes the surroundings of `start` about to those of `end`.
     """
     places, faces = find_places(points, start), start.faces
+    landed = places.carried(end.vertices, faces)
     if to_end is None:
         normals = places.carried(start.vertex_normals, faces)
         outwards = np.sign(np.einsum("ij,ij->i", points - places.points, normals))
         sense = -outwards if is_mirrored else outwards
         direction = sense[:, None] * places.carried(end.vertex_normals, faces)
+        length = np.linalg.norm(direction, axis=1, keepdims=True)
+        direction = np.divide(direction, length, out=np.zeros_like(direction), where=length > 0)
+        moved = landed + places.apart_um[:, None] * direction
     else:
-        direction = to_end(points) - to_end(places.points)
-    length = np.linalg.norm(direction, axis=1, keepdims=True)
-    direction = np.divide(direction, length, out=np.zeros_like(direction), where=length > 0)
-    moved = places.carried(end.vertices, faces) + places.apart_um[:, None] * direction
+        departure = landed - to_end(places.points)
+        share = 1 / (1 + (places.apart_um / _usual_departure(start, end, to_end)) ** 2)
+        moved = to_end(points) + share[:, None] * departure
     is_mapped = places.apart_um <= reach_um
     if is_in_pocket is not None:
         is_mapped |= is_in_pocket
     moved[~is_mapped] = np.nan
     return TransformedPoints(moved, is_mapped)
+
+
+def _usual_departure(
+    start: SurfaceMesh, end: SurfaceMesh, to_end: Callable[[Floats], Floats]
+) -> float:
+    """Return the root mean square distance from where a map takes a surface to where it went."""
+    step = max(len(start.vertices) // SAMPLES, 1)
+    away = end.vertices[::step] - to_end(start.vertices[::step])
+    mean_square = float((away**2).sum(axis=1).mean())
+    return max(float(np.sqrt(mean_square)), np.finfo(float).tiny)

@@ -67,11 +67,12 @@ class PreparingPipeline:
             raise PreparingError(error, self._remains(project, role, error, report)) from error
 
     def _role_of_failure(self, project: Project, report: Report) -> Role:
-        """Return the brain that is to blame: the source is prepared after the target, as it is."""
-        try:
-            self._pipeline.prepare(project.target, report)
-        except FlyregError:
-            return "target"
+        """Return the brain that is to blame: that which cannot be prepared alone either."""
+        for role in reversed(ROLES):
+            try:
+                self._pipeline.prepare(brain_of(project, role), report)
+            except FlyregError:
+                return role
         return "source"
 
     def _remains(self, project: Project, role: Role, error: FlyregError, report: Report) -> Remains:
