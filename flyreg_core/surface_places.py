@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 
 from flyreg_core.mesh import Floats, Integers, SurfaceMesh
+from flyreg_core.surface_tree import surface_tree
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,11 +25,7 @@ class SurfacePlaces:
 
 
 def find_places(points: Floats, surface: SurfaceMesh) -> SurfacePlaces:
-    """Return the places of a surface nearest to (n, 3) points; the middle of a face without area."""
-    squared, face, nearest = igl.point_mesh_squared_distance(
-        points, surface.vertices, surface.faces
-    )
-    corners = (np.ascontiguousarray(surface.vertices[surface.faces[face, k]]) for k in range(3))
-    barycentric = np.asarray(igl.barycentric_coordinates(nearest, *corners)).reshape(-1, 3)
-    barycentric = np.nan_to_num(barycentric, nan=1 / 3)
-    return SurfacePlaces(nearest, face.astype(np.int64), barycentric, np.sqrt(squared))
+    """Return the places of a surface nearest to (n, 3) points."""
+    squared, face, barycentric = surface_tree(surface).nearest(points)
+    nearest = np.einsum("ij,ijk->ik", barycentric, surface.vertices[surface.faces[face]])
+    return SurfacePlaces(nearest, face, barycentric, np.sqrt(squared))
