@@ -10,6 +10,7 @@ import numpy as np
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.progress import Report, within
 from flyreg_core.surface_tree import surface_tree
+from flyreg_core.topology import used_vertices
 
 SAMPLES = 100_000
 WORKERS, POINTS_PER_REPORT = 2, 20_000
@@ -80,7 +81,7 @@ def sample_surface(surface: SurfaceMesh, samples: int) -> Floats:
 
 
 def _summary(start: SurfaceMesh, end: SurfaceMesh, samples: int, report: Report) -> DistanceSummary:
-    used = start.vertices[np.unique(start.faces)]
+    used = start.vertices[used_vertices(start.faces)]
     points = np.concatenate([sample_surface(start, samples), used])
     distance = distances_to_surface(points, end, report)
     return DistanceSummary(
