@@ -20,7 +20,7 @@ from flyreg_core.orientation import orientations, signed_areas
 from flyreg_core.progress import Report
 from flyreg_core.rectangle import wrapped
 from flyreg_core.smooth import averaging_matrix
-from flyreg_core.topology import half_edges, unique_edges, used_vertices
+from flyreg_core.topology import half_edges, unique_edges
 
 SMALLEST_AREA = 1e-300
 """Stands for the area of a face that rounding has flattened."""
@@ -153,29 +153,41 @@ def solve_means(
     springs: Springs, is_fixed: Booleans, u: Floats, v: Floats
 ) -> tuple[Floats, Floats]:
     """Return u and v with each free vertex the weighted mean of its neighbours; fixed ones as given."""
-    touches_free = ~(is_fixed[springs.edges[:, 0]] & is_fixed[springs.edges[:, 1]])
-    vertices = used_vertices(springs.edges[touches_free])
-    position = np.zeros(len(is_fixed), dtype=np.int64)
-    position[vertices] = np.arange(len(vertices))
-    i, j = position[springs.edges[touches_free]].T
-    known = np.stack([u[vertices], v[vertices]], axis=1)
-    n, weights, jumps = len(vertices), springs.weights[touches_free], springs.jumps[touches_free]
-    rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
-    both = np.concatenate([weights, weights])
-    adjacency = sparse.coo_array((both, (rows, columns)), (n, n)).tocsr()
-    laplacian = (sparse.diags_array(np.bincount(rows, both, n)) - adjacency).tocsr()
-    charge = np.bincount(i, weights * jumps, n) - np.bincount(j, weights * jumps, n)
-    free, fixed = np.flatnonzero(~is_fixed[vertices]), np.flatnonzero(is_fixed[vertices])
-    right = np.stack([charge[free], np.zeros(len(free))], axis=1)
-    right -= laplacian[free][:, fixed] @ known[fixed]
+    acting = ~(is_fixed[springs.edges[:, 0]] & is_fixed[springs.edges[:, 1]])
+    i, j = springs.edges[acting].T
+    weights, known, n = springs.weights[acting], np.stack([u, v], axis=1), len(is_fixed)
+    free = np.flatnonzero(_among(np.concatenate([i, j]), n) & ~is_fixed)
+    pull = weights * springs.jumps[acting]
+    right = np.zeros((n, 2))
+    right[:, 0] = np.bincount(i, pull, n) - np.bincount(j, pull, n)
+    for one, other in ((i, j), (j, i)):
+        held = is_fixed[other]
+        for axis in range(2):
+            tension = weights[held] * known[other[held], axis]
+            right[:, axis] += np.bincount(one[held], tension, n)
+    total = np.asarray(np.bincount(i, weights, n) + np.bincount(j, weights, n), dtype=float)
     solver = splu(
-        laplacian[free][:, free].tocsc(),
+        _free_laplacian(i, j, weights, total, free),
         permc_spec="MMD_AT_PLUS_A",
         options={"SymmetricMode": True},
     )
-    solved = np.stack([u, v], axis=1)
-    solved[vertices[free]] = solver.solve(right)
-    return solved[:, 0], solved[:, 1]
+    known[free] = solver.solve(right[free])
+    return known[:, 0], known[:, 1]
+
+
+def _free_laplacian(
+    i: Integers, j: Integers, weights: Floats, total: Floats, free: Integers
+) -> sparse.csc_array:
+    """Return the weighted graph Laplacian of edges (i, j), rows and columns of free vertices only."""
+    number = np.full(len(total), -1)
+    number[free] = np.arange(len(free))
+    inner = (number[i] >= 0) & (number[j] >= 0)
+    first, second, diagonal = number[i[inner]], number[j[inner]], np.arange(len(free))
+    values = np.concatenate([total[free], -weights[inner], -weights[inner]])
+    rows = np.concatenate([diagonal, first, second])
+    columns = np.concatenate([diagonal, second, first])
+    shape = len(free), len(free)
+    return sparse.csc_array(sparse.coo_array((values, (rows, columns)), shape))
 
 
 def mean_matrix(springs: Springs, n_vertices: int) -> tuple[sparse.csr_array, Floats]:
