@@ -62,10 +62,13 @@ def distances_to_surface(points: Floats, surface: SurfaceMesh, report: Report) -
     tree = surface_tree(surface)
     parts = np.array_split(points, max(1, -(-len(points) // POINTS_PER_REPORT)))
     answers = []
-    with ThreadPoolExecutor(WORKERS) as pool:  # no search holds the interpreter's lock
+    pool = ThreadPoolExecutor(WORKERS)  # no search holds the interpreter's lock
+    try:
         for done, (squared, _, _) in enumerate(pool.map(tree.nearest, parts)):
             report(done / len(parts), "measuring distances")
             answers.append(np.sqrt(squared))
+    finally:
+        pool.shutdown(cancel_futures=True)
     return np.concatenate(answers)
 
 
