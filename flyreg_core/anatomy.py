@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy import optimize
 
 from flyreg_core.mesh import Floats
@@ -142,11 +143,28 @@ def _cost(parameters: Floats, points: Floats, weight: Floats) -> tuple[float, Fl
 
 def _mixture(points: Floats) -> tuple[Floats, Floats]:
     """Return the (n,) density of `PARTS` at points and the (n, 3) slope of its negative logarithm."""
+    heights = [share / (np.prod(deviation) * (2 * np.pi) ** 1.5) for share, _, deviation in PARTS]
+    means = np.array([mean for _, mean, _ in PARTS])
+    deviations = np.array([deviation for _, _, deviation in PARTS])
+    return _density_and_pull(np.ascontiguousarray(points), np.array(heights), means, deviations)
+
+
+@njit(nogil=True, cache=True)
+def _density_and_pull(
+    points: Floats, heights: Floats, means: Floats, deviations: Floats
+) -> tuple[Floats, Floats]:
+    """Return the density of Gaussians, and of nothing but `ELSEWHERE`, and its logarithm's slope."""
     density, pull = np.full(len(points), ELSEWHERE), np.zeros_like(points)
-    for share, mean, deviation in PARTS:
-        offset = (points - np.array(mean)) / deviation
-        height = share / (np.prod(deviation) * (2 * np.pi) ** 1.5)
-        here = height * np.exp(-0.5 * np.einsum("ij,ij->i", offset, offset))
-        density += here
-        pull += here[:, np.newaxis] * (offset / deviation)
-    return density, pull / density[:, np.newaxis]
+    offset = np.zeros(3)
+    for k in range(len(points)):
+        for part in range(len(heights)):
+            for i in range(3):
+                offset[i] = (points[k, i] - means[part, i]) / deviations[part, i]
+            square = offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2
+            here = heights[part] * np.exp(-0.5 * square)
+            density[k] += here
+            for i in range(3):
+                pull[k, i] += here * offset[i] / deviations[part, i]
+        for i in range(3):
+            pull[k, i] /= density[k]
+    return density, pull

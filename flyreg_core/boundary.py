@@ -72,10 +72,10 @@ def find_curves(dissection: Dissection, frame: BrainFrame) -> Mapping[CurveKey, 
 
 def _outer_and_hole(dissection: Dissection, half: HalfName) -> tuple[Integers, Integers]:
     loops = boundary_loops(dissection.faces_of(half))
-    caps = np.isin(dissection.piece_of_face, [2, 3])
-    on_caps = np.unique(dissection.surface.faces[caps])
-    outer = [loop for loop in loops if np.isin(loop, on_caps).any()]
-    hole = [loop for loop in loops if not np.isin(loop, on_caps).any()]
+    on_caps = np.zeros(len(dissection.surface.vertices), dtype=bool)
+    on_caps[dissection.surface.faces[np.isin(dissection.piece_of_face, [2, 3])]] = True
+    outer = [loop for loop in loops if on_caps[loop].any()]
+    hole = [loop for loop in loops if not on_caps[loop].any()]
     if len(outer) != 1 or len(hole) != 1:
         raise TopologyError(
             f"the {half} half has {len(outer)} boundaries at the trim openings and {len(hole)} in "

@@ -55,7 +55,7 @@ def fit_skins(
     for done in range(rounds):
         report(done / rounds, "aligning the brains")
         apart, there = tree.query(some_source.moved(found).features)
-        apart_back, back = KDTree(source.moved(found).features).query(goal)
+        apart_back, back = KDTree(source.moved(found).features, balanced_tree=False).query(goal)
         away = np.concatenate([apart, apart_back])
         weights = (1 + (away / (TOLERANCE * np.median(away) + 1e-9)) ** 2) ** -2
         first = np.concatenate([some_source.points, source.points[back]])
@@ -80,7 +80,7 @@ def misfit(source: Skin, target: Skin, by: AffineMap, queries: int) -> float:
     """
     moved = source.moved(by)
     there = KDTree(target.features).query(_thinned(moved, queries).features)[0]
-    back = KDTree(moved.features).query(_thinned(target, queries).features)[0]
+    back = KDTree(moved.features, balanced_tree=False).query(_thinned(target, queries).features)[0]
     return float(sum(np.minimum(away, FARTHEST_UM).mean() for away in (there, back)) / 2)
 
 

@@ -21,12 +21,18 @@ from flyreg_core.refine import (
     Refinement,
     chords,
     keep_largest_regions,
+    side_keys,
     split_along_zero,
     split_edges,
 )
 from flyreg_core.relabel import Links, find_links, grow_patch, may_change, move_border
 from flyreg_core.smooth import averaging_matrix
-from flyreg_core.topology import euler_characteristic, euler_characteristic_of, half_edges
+from flyreg_core.topology import (
+    euler_characteristic,
+    euler_characteristic_of,
+    is_among,
+    unique_edges,
+)
 from flyreg_core.torus import Torus
 
 PIECES = ("anterior", "posterior", "right cap", "left cap")
@@ -253,11 +259,9 @@ def _split_chords(
 
 
 def _on_boundary(faces: Integers, n_vertices: int) -> Booleans:
-    directed = half_edges(faces)
-    forward = directed[:, 0] * n_vertices + directed[:, 1]
-    backward = directed[:, 1] * n_vertices + directed[:, 0]
+    edges, counts = unique_edges(faces)
     result = np.zeros(n_vertices, dtype=bool)
-    result[directed[~np.isin(forward, backward)]] = True
+    result[edges[counts == 1]] = True
     return result
 
 
@@ -265,10 +269,9 @@ def _without_whole_faces(edges: Integers, faces: Integers) -> Integers:
     """Leave out one edge of each face that has all three among the edges."""
     n = int(faces.max()) + 1
     key = edges[:, 0] * n + edges[:, 1]
-    sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2)
-    side_key = sides[..., 0] * n + sides[..., 1]
-    whole = np.isin(side_key, key).all(axis=1)
-    return np.asarray(edges[~np.isin(key, side_key[whole, 0])])
+    side_key = side_keys(faces, n)
+    whole = is_among(side_key, np.sort(key)).all(axis=1)
+    return np.asarray(edges[~is_among(key, np.sort(side_key[whole, 0]))])
 
 
 def _check(dissection: Dissection) -> None:

@@ -16,6 +16,7 @@ from scipy.sparse.linalg import splu
 
 from flyreg_core.errors import MeshError
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers
+from flyreg_core.one_thread import on_one_thread
 from flyreg_core.orientation import orientations, signed_areas
 from flyreg_core.progress import Report
 from flyreg_core.rectangle import wrapped
@@ -70,6 +71,7 @@ class Springs:
     weights: Floats  # (e,), positive
 
 
+@on_one_thread
 def flatten(
     ring: Ring,
     face_areas: Floats,
@@ -144,8 +146,7 @@ def cotangents(faces: Integers, edges: Integers, vertices: Floats) -> Floats:
         first, second = one - apex, other - apex
         area = np.linalg.norm(np.cross(first, second), axis=1)
         cotangent = np.einsum("ij,ij->i", first, second) / np.maximum(area, SMALLEST_AREA)
-        low, high = np.sort(faces[:, [(corner + 1) % 3, (corner + 2) % 3]], axis=1).T
-        place = np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
+        place = _numbers_of(faces[:, [(corner + 1) % 3, (corner + 2) % 3]], edges, n)
         total += np.bincount(place, cotangent, len(edges))
     return np.clip(total / 2, LEAST_WEIGHT, 1 / LEAST_WEIGHT)
 
@@ -154,27 +155,41 @@ def solve_means(
     springs: Springs, is_fixed: Booleans, u: Floats, v: Floats
 ) -> tuple[Floats, Floats]:
     """Return u and v with each free vertex the weighted mean of its neighbours; fixed ones as given."""
-    touches_free = ~(is_fixed[springs.edges[:, 0]] & is_fixed[springs.edges[:, 1]])
-    vertices, position = np.unique(springs.edges[touches_free], return_inverse=True)
-    i, j = position.reshape(-1, 2).T
-    known = np.stack([u[vertices], v[vertices]], axis=1)
-    n, weights, jumps = len(vertices), springs.weights[touches_free], springs.jumps[touches_free]
-    rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
-    both = np.concatenate([weights, weights])
-    adjacency = sparse.coo_array((both, (rows, columns)), (n, n)).tocsr()
-    laplacian = (sparse.diags_array(np.bincount(rows, both, n)) - adjacency).tocsr()
-    charge = np.bincount(i, weights * jumps, n) - np.bincount(j, weights * jumps, n)
-    free, fixed = np.flatnonzero(~is_fixed[vertices]), np.flatnonzero(is_fixed[vertices])
-    right = np.stack([charge[free], np.zeros(len(free))], axis=1)
-    right -= laplacian[free][:, fixed] @ known[fixed]
+    acting = ~(is_fixed[springs.edges[:, 0]] & is_fixed[springs.edges[:, 1]])
+    i, j = springs.edges[acting].T
+    weights, known, n = springs.weights[acting], np.stack([u, v], axis=1), len(is_fixed)
+    free = np.flatnonzero(_among(np.concatenate([i, j]), n) & ~is_fixed)
+    pull = weights * springs.jumps[acting]
+    right = np.zeros((n, 2))
+    right[:, 0] = np.bincount(i, pull, n) - np.bincount(j, pull, n)
+    for one, other in ((i, j), (j, i)):
+        held = is_fixed[other]
+        for axis in range(2):
+            tension = weights[held] * known[other[held], axis]
+            right[:, axis] += np.bincount(one[held], tension, n)
+    total = np.asarray(np.bincount(i, weights, n) + np.bincount(j, weights, n), dtype=float)
     solver = splu(
-        laplacian[free][:, free].tocsc(),
+        _free_laplacian(i, j, weights, total, free),
         permc_spec="MMD_AT_PLUS_A",
         options={"SymmetricMode": True},
     )
-    solved = np.stack([u, v], axis=1)
-    solved[vertices[free]] = solver.solve(right)
-    return solved[:, 0], solved[:, 1]
+    known[free] = solver.solve(right[free])
+    return known[:, 0], known[:, 1]
+
+
+def _free_laplacian(
+    i: Integers, j: Integers, weights: Floats, total: Floats, free: Integers
+) -> sparse.csc_array:
+    """Return the weighted graph Laplacian of edges (i, j), rows and columns of free vertices only."""
+    number = np.full(len(total), -1)
+    number[free] = np.arange(len(free))
+    inner = (number[i] >= 0) & (number[j] >= 0)
+    first, second, diagonal = number[i[inner]], number[j[inner]], np.arange(len(free))
+    values = np.concatenate([total[free], -weights[inner], -weights[inner]])
+    rows = np.concatenate([diagonal, first, second])
+    columns = np.concatenate([diagonal, second, first])
+    shape = len(free), len(free)
+    return sparse.csc_array(sparse.coo_array((values, (rows, columns)), shape))
 
 
 def mean_matrix(springs: Springs, n_vertices: int) -> tuple[sparse.csr_array, Floats]:
@@ -195,9 +210,8 @@ def edge_jumps(ring: Ring) -> tuple[Integers, Integers]:
     n = ring.n_vertices
     crossed = _path_of_half_edges(ring)
     jumps = np.zeros(len(edges), dtype=np.int64)
-    low, high = np.sort(crossed, axis=1).T
-    place = np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
-    jumps[place] = np.where(crossed[:, 0] == low, 1, -1)
+    place = _numbers_of(crossed, edges, n)
+    jumps[place] = np.where(crossed[:, 0] < crossed[:, 1], 1, -1)
     around = np.stack([ring.outer, np.roll(ring.outer, -1)], axis=1)
     turns = _jumps_of(around, edges, jumps, n).sum()
     return edges, jumps if turns == 1 else -jumps
@@ -218,26 +232,39 @@ def _path_of_half_edges(ring: Ring) -> Integers:
     inner = np.flatnonzero(twin >= 0)
     dual = sparse.coo_array((np.ones(len(inner)), (face[inner], face[twin[inner]])), (m, m))
     on_hole, on_outer = (
-        np.isin(directed, loop).all(axis=1) & (twin < 0) for loop in (ring.hole, ring.outer)
+        _among(loop, n)[directed].all(axis=1) & (twin < 0) for loop in (ring.hole, ring.outer)
     )
     start = int(face[np.flatnonzero(on_hole)[0]])
     order_reached, before = breadth_first_order(dual.tocsr(), start, directed=False)
-    last = int(order_reached[np.isin(order_reached, face[on_outer])][0])
-    half_edge_between = {(int(face[h]), int(face[twin[h]])): h for h in inner}
+    last = int(order_reached[_among(face[on_outer], m)[order_reached]][0])
     first_edge = np.flatnonzero(on_hole & (face == start))[0]
     path = [directed[np.flatnonzero(on_outer & (face == last))[0]]]
     while last != start:
         previous = int(before[last])
-        path.append(directed[half_edge_between[previous, last]])
+        sides = previous + m * np.arange(3)
+        leads_on = (twin[sides] >= 0) & (face[twin[sides]] == last)
+        path.append(directed[sides[leads_on][-1]])
         last = previous
     path.append(directed[first_edge][::-1])
     return np.array(path)
 
 
+def _among(chosen: Integers, count: int) -> Booleans:
+    """Tell which of the numbers up to `count` are chosen."""
+    result = np.zeros(count, dtype=bool)
+    result[chosen] = True
+    return result
+
+
 def _jumps_of(directed: Integers, edges: Integers, jumps: Integers, n: int) -> Integers:
-    low, high = np.sort(directed, axis=1).T
-    place = np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
-    return np.asarray(np.where(directed[:, 0] == low, jumps[place], -jumps[place]))
+    place = _numbers_of(directed, edges, n)
+    return np.asarray(np.where(directed[:, 0] < directed[:, 1], jumps[place], -jumps[place]))
+
+
+def _numbers_of(directed: Integers, edges: Integers, n: int) -> Integers:
+    """Return where in the (e, 2) edges, which are in order, each directed edge is."""
+    low, high = (pick(directed[:, 0], directed[:, 1]) for pick in (np.minimum, np.maximum))
+    return np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
 
 
 def _corner_shifts(faces: Integers, edges: Integers, jumps: Integers) -> Integers:
@@ -267,8 +294,7 @@ def find_crowding(flat: FlatMesh, edges: Integers, face_areas: Floats) -> Floats
     n = int(flat.faces.max()) + 1
     flat_areas = np.maximum(signed_areas(flat.corners), SMALLEST_AREA)
     ratio = np.log(flat_areas / flat_areas.sum()) - np.log(face_areas / face_areas.sum())
-    low, high = np.sort(half_edges(flat.faces), axis=1).T
-    edge = np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
+    edge = _numbers_of(half_edges(flat.faces), edges, n)
     total = np.bincount(edge, np.tile(ratio, 3), len(edges))
     mean = total / np.bincount(edge, minlength=len(edges))
     return np.asarray(np.exp(np.clip(mean / 2, -STRONGEST_CHANGE, STRONGEST_CHANGE)))

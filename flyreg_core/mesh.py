@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
-import igl
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from flyreg_core.errors import MeshError
 from flyreg_core.normals import vertex_normals
+from flyreg_core.surface_tree import SurfaceTree, build_tree
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -35,11 +35,9 @@ class SurfaceMesh:
         return _with_places(self, "vertices", read_only(vertices, np.float64, 3, "vertices"))
 
     @cached_property
-    def tree(self) -> igl.AABB:
-        """Boxes within boxes that find closest points, to be asked about these vertices and faces."""
-        tree = igl.AABB()
-        tree.init(self.vertices, self.faces)
-        return tree
+    def tree(self) -> SurfaceTree:
+        """Boxes within boxes that find the places nearest to points."""
+        return build_tree(self.vertices, self.faces)
 
     @cached_property
     def face_normals(self) -> Floats:

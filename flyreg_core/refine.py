@@ -66,8 +66,7 @@ def _split(faces: Integers, edges: Integers, share: Floats) -> Refinement:
     key = edges[:, 0] * n + edges[:, 1]
     order = np.argsort(key)
     key, edges, share = key[order], edges[order], share[order]
-    sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2)
-    side_key = sides[..., 0] * n + sides[..., 1]
+    side_key = side_keys(faces, n)
     place = np.searchsorted(key, side_key)
     is_split = np.zeros(side_key.shape, dtype=bool)
     if len(key):
@@ -81,6 +80,12 @@ def _split(faces: Integers, edges: Integers, share: Floats) -> Refinement:
             pieces.append(part)
             parents.append(chosen)
     return Refinement(np.concatenate(pieces), np.concatenate(parents), edges, share)
+
+
+def side_keys(faces: Integers, n_vertices: int) -> Integers:
+    """Return (m, 3) the keys of each face's sides: lower vertex times `n_vertices` plus the other."""
+    following = np.roll(faces, -1, axis=1)
+    return np.minimum(faces, following) * n_vertices + np.maximum(faces, following)
 
 
 def _halves(faces: Integers, new_vertex: Integers) -> list[Integers]:

@@ -12,13 +12,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
+from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, polar
 from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
 from flyreg_core.affine import AffineMap
 from flyreg_core.closest_points import TOLERANCE, fit_skins
-from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.mesh import Floats, Integers, SurfaceMesh
+from flyreg_core.one_thread import on_one_thread
 from flyreg_core.progress import Report, ignore, within
 from flyreg_core.skin import NORMAL_UM, Skin, find_skin
 
@@ -55,8 +58,25 @@ class BendingBasis:
 
     def __call__(self, points: Floats) -> Floats:
         """Return (n, k) values at (n, 3) points."""
-        bumps = -cdist(points, self.centers) / self.scale @ self.modes
-        return np.hstack([np.ones((len(points), 1)), (points - self.middle) / self.scale, bumps])
+        values = np.zeros((len(points), N_AFFINE + self.modes.shape[1]))
+        values[:, 0] = 1
+        values[:, 1:N_AFFINE] = (points - self.middle) / self.scale
+        np.matmul(cdist(points, self.centers), self.modes / -self.scale, out=values[:, N_AFFINE:])
+        return values
+
+    def combined(self, points: Floats, coefficients: Floats) -> Floats:
+        """Return `self(points) @ coefficients`, (n, 3), without the table of all values.
+
+        Parameters
+        ----------
+        coefficients : (k', 3) float
+            Of the first k' functions; the rest count 0.
+        """
+        smooth, bumps = coefficients[:N_AFFINE], coefficients[N_AFFINE:]
+        of_centers = self.modes[:, : len(bumps)] @ bumps / -self.scale
+        result = smooth[0] + (points - self.middle) / self.scale @ smooth[1:]
+        _add_distances(points, self.centers, of_centers, result)
+        return np.asarray(result)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +102,7 @@ class ShapeMap:
 
     def _done(self, points: Floats) -> Floats:
         start = self.similarity(points)
-        return np.asarray(start + self.basis(start) @ self.coefficients)
+        return np.asarray(start + self.basis.combined(start, self.coefficients))
 
     def _undone(self, points: Floats) -> Floats:
         undo = self.similarity.inverse()
@@ -102,6 +122,7 @@ class ShapeMap:
         return sense * _unit(np.cross(first, second))
 
 
+@on_one_thread
 def fit_shape_map(
     source: SurfaceMesh,
     target: SurfaceMesh,
@@ -181,40 +202,39 @@ def spread_out(points: Floats, count: int) -> np.ndarray:
 
 def _bend(skin: Skin, goal: Skin, basis: BendingBasis, report: Report) -> Floats:
     """Return the (k, 3) coefficients of the displacement that lays one skin on another."""
-    values = [basis(skin.points)]
-    values += [basis(skin.points + TANGENT_UM * side) for side in _tangents(skin.normals)]
+    values = basis(skin.points)
     tree = KDTree(goal.features)
-    coefficients = np.zeros((values[0].shape[1], 3))
+    coefficients = np.zeros((values.shape[1], 3))
+    used = N_AFFINE
     for done, (stiffness, detail) in enumerate(zip(STIFFNESS, DETAIL, strict=True)):
         report(done / ROUNDS, "bending one brain to the other")
         some, others = (
-            slice(None, None, max(1, round(len(points) / (QUERIES * detail))))
+            np.arange(0, len(points), max(1, round(len(points) / (QUERIES * detail))))
             for points in (skin.points, goal.points)
         )
-        moved = _moved(skin, values, coefficients)
+        moved = _moved(skin, basis, coefficients[:used])
         apart, there = tree.query(moved[some])
-        apart_back, back = KDTree(moved).query(goal.features[others])
+        apart_back, back = KDTree(moved, balanced_tree=False).query(goal.features[others])
         away = np.concatenate([apart, apart_back])
         weights = (1 + (away / (TOLERANCE * np.median(away) + 1e-9)) ** 2) ** -2
-        first = np.concatenate([skin.points[some], skin.points[back]])
-        last = np.concatenate([goal.points[there], goal.points[others]])
-        normals = np.concatenate([goal.normals[there], goal.normals[others]])
-        at = np.concatenate([values[0][some], values[0][back]])
+        place, partner = np.concatenate([some, back]), np.concatenate([there, others])
         used = N_AFFINE + round(detail * (len(coefficients) - N_AFFINE))
-        coefficients[:used] = _solve(
-            at[:, :used], last - first, normals, weights / weights.sum(), stiffness
+        pulled, pull, goals = _pulls(
+            place,
+            goal.points[partner] - skin.points[place],
+            goal.normals[partner],
+            weights / weights.sum(),
         )
+        coefficients[:used] = _solve(values[pulled, :used], pull, goals, stiffness)
     return coefficients
 
 
-def _moved(skin: Skin, values: list[Floats], coefficients: Floats) -> Floats:
+def _moved(skin: Skin, basis: BendingBasis, coefficients: Floats) -> Floats:
     """Return the (n, 6) features of a skin after a displacement."""
-    here, *sides = (at @ coefficients for at in values)
-    first, second = (
-        TANGENT_UM * side + there - here
-        for side, there in zip(_tangents(skin.normals), sides, strict=True)
-    )
-    return np.hstack([skin.points + here, NORMAL_UM * _unit(np.cross(first, second))])
+    places = [skin.points, *(skin.points + TANGENT_UM * side for side in _tangents(skin.normals))]
+    here, *sides = (place + basis.combined(place, coefficients) for place in places)
+    first, second = (side - here for side in sides)
+    return np.hstack([here, NORMAL_UM * _unit(np.cross(first, second))])
 
 
 def _tangents(normals: Floats) -> tuple[Floats, Floats]:
@@ -228,21 +248,83 @@ def _unit(vectors: Floats) -> Floats:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
-def _solve(at: Floats, goal: Floats, normals: Floats, weights: Floats, stiffness: float) -> Floats:
-    """Return the (k, 3) coefficients of the displacement that is nearest to goals, (n, 3)."""
+def _pulls(
+    place: Integers, goal: Floats, normals: Floats, weights: Floats
+) -> tuple[Integers, Floats, Floats]:
+    """Return the places that pairs pull, and the sums of what pulls each.
+
+    Parameters
+    ----------
+    place : (n,) int
+        The place that each pair pulls; several pairs may pull the same.
+    goal, normals : (n, 3) float
+        Where it should move to, and the normal of the surface there.
+
+    Returns
+    -------
+    (p,) int, (p, 3, 3) float, (p, 3) float
+        The places, the sums of w M^T M, and the sums of w M^T M goal.
+    """
+    pulled, number = np.unique(place, return_inverse=True)
+    outer = (1 - ALONG) * normals[:, :, np.newaxis] * normals[:, np.newaxis] + ALONG * np.eye(3)
+    pull = weights[:, np.newaxis, np.newaxis] * outer
+    goals = np.einsum("nij,nj->ni", pull, goal)
+    gather = sparse.csr_array((np.ones(len(place)), (number, np.arange(len(place)))))
+    sums = np.asarray(gather @ pull.reshape(-1, 9)).reshape(-1, 3, 3)
+    return pulled, sums, np.asarray(gather @ goals)
+
+
+def _solve(at: Floats, pull: Floats, goals: Floats, stiffness: float) -> Floats:
+    """Return the (k, 3) coefficients of the displacement that is nearest to what pulls it.
+
+    Parameters
+    ----------
+    at : (p, k) float
+        Values of the basis at the places pulled.
+    pull, goals : (p, 3, 3) and (p, 3) float
+        See `_pulls`.
+    """
     n_basis = at.shape[1]
-    system = np.zeros((n_basis, 3, n_basis, 3))
+    system = np.zeros((3, n_basis, 3, n_basis))
     for i in range(3):
-        for j in range(i, 3):
-            share = weights * ((1 - ALONG) * normals[:, i] * normals[:, j] + ALONG * (i == j))
-            system[:, i, :, j] = system[:, j, :, i] = at.T @ (at * share[:, np.newaxis])
-    across = (normals * goal).sum(axis=1)[:, np.newaxis] * normals
-    right = at.T @ (weights[:, np.newaxis] * (ALONG * goal + (1 - ALONG) * across))
+        system[i, :, i] = _weighted_squares(at, pull[:, i, i])
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        # products from squares, a b = ((a + b)^2 - a^2 - b^2) / 2: squares are half the work
+        both = _weighted_squares(at, pull[:, i, i] + 2 * pull[:, i, j] + pull[:, j, j])
+        system[j, :, i] = (both - system[i, :, i] - system[j, :, j]) / 2
     matrix = system.reshape(3 * n_basis, 3 * n_basis)
-    bending = np.arange(3 * N_AFFINE, 3 * n_basis)
+    diagonal = np.arange(3 * n_basis).reshape(3, n_basis)
+    bending = diagonal[:, N_AFFINE:].ravel()
     matrix[bending, bending] += stiffness
-    matrix[3 : 3 * N_AFFINE, 3 : 3 * N_AFFINE] += stiffness * STRAIN * _strain_energy()
-    return np.asarray(cho_solve(cho_factor(matrix), right.ravel())).reshape(n_basis, 3)
+    straining = diagonal[:, 1:N_AFFINE].T.ravel()
+    matrix[np.ix_(straining, straining)] += stiffness * STRAIN * _strain_energy()
+    # only the lower blocks are filled; read by columns they are the upper ones
+    factor = cho_factor(matrix.T, lower=False, overwrite_a=True, check_finite=False)
+    return np.asarray(cho_solve(factor, (goals.T @ at).ravel())).reshape(3, n_basis).T
+
+
+def _weighted_squares(at: Floats, weights: Floats) -> Floats:
+    """Return at.T @ diag(weights) @ at for weights that are not negative, up to rounding."""
+    scaled = at * np.sqrt(np.maximum(weights, 0))[:, np.newaxis]
+    return np.asarray(scaled.T @ scaled)  # numpy sees one matrix and computes one triangle only
+
+
+@njit(nogil=True, cache=True, fastmath={"reassoc", "contract"})
+def _add_distances(points: Floats, centers: Floats, weights: Floats, result: Floats) -> None:
+    """Add to an (n, 3) result the distances of (n, 3) points to (k, 3) centers, weighted (k, 3)."""
+    x, y, z = centers[:, 0].copy(), centers[:, 1].copy(), centers[:, 2].copy()
+    u, v, w = weights[:, 0].copy(), weights[:, 1].copy(), weights[:, 2].copy()
+    for row in range(len(points)):
+        first = second = third = 0.0
+        for k in range(len(x)):
+            a, b, c = points[row, 0] - x[k], points[row, 1] - y[k], points[row, 2] - z[k]
+            distance = np.sqrt(a * a + b * b + c * c)
+            first += u[k] * distance
+            second += v[k] * distance
+            third += w[k] * distance
+        result[row, 0] += first
+        result[row, 1] += second
+        result[row, 2] += third
 
 
 def _strain_energy() -> Floats:

@@ -65,7 +65,7 @@ def find_skin(mesh: SurfaceMesh, samples: int) -> Skin:
         raise MeshError("the surface encloses nothing, so it cannot be laid on another")
     outward = np.where(above, -1.0, 1.0)[:, np.newaxis] * normals
     points, outward = points[is_outer], outward[is_outer]
-    around = KDTree(points).query(points, NEIGHBOURS)[1]
+    around = KDTree(points, balanced_tree=False).query(points, NEIGHBOURS)[1]
     same_side = np.einsum("ikj,ij->ik", outward[around], outward) > 0
     smooth = np.einsum("ikj,ik->ij", outward[around], same_side)
     return Skin(points, smooth / np.linalg.norm(smooth, axis=1, keepdims=True))

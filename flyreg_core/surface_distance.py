@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 
 from flyreg_core.mesh import Floats, SurfaceMesh
-from flyreg_core.progress import Report, in_chunks, within
+from flyreg_core.progress import Report, within
+from flyreg_core.topology import used_vertices
 
 SAMPLES = 100_000
+WORKERS, POINTS_PER_REPORT = 2, 20_000
 SEED = 20_230_101
 """The samples are the same in every run, so that equal inputs give equal figures."""
 
@@ -56,14 +58,17 @@ def measure_distances(
 
 def distances_to_surface(points: Floats, surface: SurfaceMesh, report: Report) -> Floats:
     """Return the (n,) distances of points to the closest points of a surface, micrometres."""
-    tree = igl.AABB()
-    tree.init(surface.vertices, surface.faces)
-
-    def query(part: Floats) -> Floats:
-        squared, _, _ = tree.squared_distance(surface.vertices, surface.faces, part)
-        return np.asarray(np.sqrt(squared))
-
-    return np.asarray(in_chunks(query, points, report, "measuring distances"))
+    tree = surface.tree
+    parts = np.array_split(points, max(1, -(-len(points) // POINTS_PER_REPORT)))
+    answers = []
+    pool = ThreadPoolExecutor(WORKERS)  # no search holds the interpreter's lock
+    try:
+        for done, (squared, _, _) in enumerate(pool.map(tree.nearest, parts)):
+            report(done / len(parts), "measuring distances")
+            answers.append(np.sqrt(squared))
+    finally:
+        pool.shutdown(cancel_futures=True)
+    return np.concatenate(answers)
 
 
 def sample_surface(surface: SurfaceMesh, samples: int) -> Floats:
@@ -78,7 +83,7 @@ def sample_surface(surface: SurfaceMesh, samples: int) -> Floats:
 
 
 def _summary(start: SurfaceMesh, end: SurfaceMesh, samples: int, report: Report) -> DistanceSummary:
-    used = start.vertices[np.unique(start.faces)]
+    used = start.vertices[used_vertices(start.faces)]
     points = np.concatenate([sample_surface(start, samples), used])
     distance = distances_to_surface(points, end, report)
     return DistanceSummary(

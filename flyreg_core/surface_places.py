@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 
 from flyreg_core.mesh import Floats, Integers, SurfaceMesh
@@ -25,9 +24,7 @@ class SurfacePlaces:
 
 
 def find_places(points: Floats, surface: SurfaceMesh) -> SurfacePlaces:
-    """Return the places of a surface nearest to (n, 3) points; the middle of a face without area."""
-    squared, face, nearest = surface.tree.squared_distance(surface.vertices, surface.faces, points)
-    corners = (np.ascontiguousarray(surface.vertices[surface.faces[face, k]]) for k in range(3))
-    barycentric = np.asarray(igl.barycentric_coordinates(nearest, *corners)).reshape(-1, 3)
-    barycentric = np.nan_to_num(barycentric, nan=1 / 3)
-    return SurfacePlaces(nearest, face.astype(np.int64), barycentric, np.sqrt(squared))
+    """Return the places of a surface nearest to (n, 3) points."""
+    squared, face, barycentric = surface.tree.nearest(points)
+    nearest = np.einsum("ij,ijk->ik", barycentric, surface.vertices[surface.faces[face]])
+    return SurfacePlaces(nearest, face, barycentric, np.sqrt(squared))

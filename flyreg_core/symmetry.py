@@ -43,7 +43,7 @@ class SymmetryPlane:
 
     def mirrored(self, points: Floats) -> Floats:
         """Return the mirror images of (n, 3) points."""
-        return np.asarray(points - 2 * np.outer(self.distance(points), self.normal))
+        return np.asarray(points - (2 * self.distance(points))[:, np.newaxis] * self.normal)
 
 
 def find_symmetry_plane(occupancy: Occupancy) -> SymmetryPlane:
@@ -124,7 +124,7 @@ class _Outline:
 
     def judged(self, plane: SymmetryPlane) -> SymmetryPlane:
         """Return a plane with its likeness and width."""
-        there = self._mirror_values(plane)[:, 0]
+        there = self._mirror_values(plane, self.fields[..., :1])[:, 0]
         square = self.value**2
         likeness = self.value @ there / square.sum()
         width = np.sqrt(np.average(plane.distance(self.points) ** 2, weights=square))
@@ -142,15 +142,15 @@ class _Outline:
                 break
         return self.judged(plane)
 
-    def _mirror_values(self, plane: SymmetryPlane) -> Floats:
-        """Return the (n, 4) values and slopes at the mirror images of the points."""
+    def _mirror_values(self, plane: SymmetryPlane, fields: Floats) -> Floats:
+        """Return the (n, f) values of (a, b, c, f) fields at the mirror images of the points."""
         places = (plane.mirrored(self.points) - self.grid.low) / self.grid.pitch
-        return np.asarray(_interpolate(self.fields, places))
+        return np.asarray(_interpolate(fields, places))
 
     def _step(self, plane: SymmetryPlane) -> tuple[Floats, Floats]:
         """Return two tilts and a shift, and the (2, 3) directions in which the normal tilts."""
         across = np.linalg.svd(plane.normal[np.newaxis])[2][1:]
-        slope = self._mirror_values(plane)[:, 1:]
+        slope = self._mirror_values(plane, self.fields[..., 1:])
         distance, along_normal = plane.distance(self.points), slope @ plane.normal
         # how a mirrored point's value changes when the plane tilts and shifts
         tilts = [(self.points @ t) * along_normal + distance * (slope @ t) for t in across]

@@ -4,7 +4,15 @@ from flyreg_resources.demo import deform
 
 from flyreg_core.affine import AffineMap
 from flyreg_core.mesh import SurfaceMesh
-from flyreg_core.shape_map import fit_shape_map, spread_out
+from flyreg_core.shape_map import (
+    ALONG,
+    STRAIN,
+    _pulls,
+    _solve,
+    _strain_energy,
+    fit_shape_map,
+    spread_out,
+)
 
 IDENTITY = AffineMap(np.eye(3), np.zeros(3))
 
@@ -68,3 +76,36 @@ def test_points_are_spread_out():
     line = np.column_stack([np.arange(101.0), np.zeros(101), np.zeros(101)])
     assert sorted(spread_out(line, 5)) == [0, 25, 50, 75, 100]
     assert len(spread_out(line, 500)) == 101
+
+
+def test_combining_functions_gives_what_the_table_of_their_values_gives(source, shape_map):
+    basis, rng = shape_map.basis, np.random.default_rng(3)
+    places = np.vstack([source.vertices[::50], basis.centers[:5]])
+    table = basis(places)
+    for used in (4, 5, table.shape[1]):
+        coefficients = rng.normal(size=(used, 3))
+        expected = table[:, :used] @ coefficients
+        assert basis.combined(places, coefficients) == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_displacement_solves_the_normal_equations_of_all_pairs():
+    """Three equations for each pair, row by row, against sums of squares of blocks."""
+    rng = np.random.default_rng(4)
+    values, place = rng.normal(size=(30, 7)), rng.integers(0, 30, 50)
+    goal, normals = rng.normal(size=(50, 3)), rng.normal(size=(50, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    weights = rng.uniform(0.1, 1, 50)
+    system, right = np.zeros((21, 21)), np.zeros(21)
+    for k in range(50):
+        row = np.kron(values[place[k]], np.eye(3))  # (3, 21), coordinates fastest
+        across = np.outer(normals[k], normals[k])
+        pull = weights[k] * ((1 - ALONG) * across + ALONG * np.eye(3))
+        system += row.T @ pull @ row
+        right += row.T @ pull @ goal[k]
+    system[12:, 12:] += 0.5 * np.eye(9)
+    strain = np.zeros((12, 12))
+    strain[3:, 3:] = _strain_energy()
+    system[:12, :12] += 0.5 * STRAIN * strain
+    pulled, pull, goals = _pulls(place, goal, normals, weights)
+    found = _solve(values[pulled], pull, goals, 0.5)
+    assert found == pytest.approx(np.linalg.solve(system, right).reshape(7, 3), abs=1e-9)

@@ -67,9 +67,20 @@ def test_no_passes_change_nothing():
 def test_passes_add_up(first, second):
     vertices, faces = torus(around=8, across=6)
     halfway = passes((vertices, faces), first)
-    assert np.array_equal(
-        passes((halfway, faces), second), passes((vertices, faces), first + second)
+    assert passes((halfway, faces), second) == pytest.approx(
+        passes((vertices, faces), first + second), abs=1e-9
     )
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 77, 500, 1001])
+@pytest.mark.parametrize("shape", [tetrahedron(), sphere(), torus(), annulus()])
+def test_it_is_what_the_passes_one_after_another_give(shape, count):
+    vertices, faces = shape
+    matrix, expected = averaging_matrix(faces, len(vertices)), np.array(vertices)
+    for _ in range(count):
+        expected = matrix @ expected
+    size = np.abs(vertices).max()
+    assert passes(shape, count) == pytest.approx(expected, rel=0, abs=1e-13 * size)
 
 
 @given(seed=SEEDS)
