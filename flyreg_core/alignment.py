@@ -11,7 +11,6 @@ from flyreg_core.anatomy import find_middle
 from flyreg_core.closest_points import Freedom, fit_skins, misfit
 from flyreg_core.frame import BrainFrame
 from flyreg_core.mesh import Floats, SurfaceMesh
-from flyreg_core.one_thread import on_one_thread
 from flyreg_core.progress import Report, ignore, within
 from flyreg_core.skin import Skin, find_skin
 from flyreg_core.surface_distance import distances_to_surface
@@ -68,7 +67,6 @@ class Alignment:
         return self.to_target.is_mirroring
 
 
-@on_one_thread
 def align(
     source: SurfaceMesh,
     target: SurfaceMesh,

@@ -16,7 +16,6 @@ from scipy.sparse.linalg import splu
 
 from flyreg_core.errors import MeshError
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers
-from flyreg_core.one_thread import on_one_thread
 from flyreg_core.orientation import orientations, signed_areas
 from flyreg_core.progress import Report
 from flyreg_core.rectangle import wrapped
@@ -71,7 +70,6 @@ class Springs:
     weights: Floats  # (e,), positive
 
 
-@on_one_thread
 def flatten(
     ring: Ring,
     face_areas: Floats,

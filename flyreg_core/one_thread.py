@@ -11,7 +11,7 @@ import functools
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -22,7 +22,13 @@ def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
 
     @functools.wraps(function)
     def limited(*arguments: P.args, **named: P.kwargs) -> T:
-        with threadpool_limits(limits=1, user_api="blas"):
+        with _libraries().limit(limits=1, user_api="blas"):
             return function(*arguments, **named)
 
     return limited
+
+
+@functools.cache
+def _libraries() -> ThreadpoolController:
+    """Return what holds the libraries' threads; looking for them takes longer than a tick may."""
+    return ThreadpoolController()

@@ -38,6 +38,7 @@ from flyreg_core.live_spline import LiveSpline
 from flyreg_core.matching import CarriedCut, Match, match_to_target, share_of_pockets, who_decides
 from flyreg_core.memo import Memo
 from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.one_thread import on_one_thread
 from flyreg_core.placements import Geometry, Placements, place_all
 from flyreg_core.pose import PoseParameters, find_frame
 from flyreg_core.progress import Report, ignore, within
@@ -89,6 +90,7 @@ class Pipeline:
         self._placements: Placements | None = None
         self._near: tuple[PreparedBrain, FlatBrain, Registration] | None = None
 
+    @on_one_thread
     def prepare(
         self, brain: Brain, report: Report = ignore, match: Match | None = None
     ) -> PreparedBrain:
@@ -106,6 +108,7 @@ class Pipeline:
         flat = self._flatten(dissection, torus.frame, brain.flatten, report=within(report, 0.8, 1))
         return self._prepared(brain, raw, torus, simplified, flat, report=report)
 
+    @on_one_thread
     def make_torus(
         self, brain: Brain, report: Report = ignore, match: Match | None = None
     ) -> tuple[SurfaceMesh, Torus]:
@@ -191,6 +194,7 @@ class Pipeline:
             source = self._lay_over(source, target, to_target, report=within(report, 0.95, 1.0))
         return Pair(source, target, alignment, to_target)
 
+    @on_one_thread
     def run(self, project: Project, report: Report = ignore, measure: bool = True) -> Results:
         """Return what follows from a project; without `measure` distances are left out.
 

@@ -12,7 +12,6 @@ from flyreg_core.errors import InputError
 from flyreg_core.frame import LEFT_RIGHT, BrainFrame
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.occupancy import find_occupancy, find_own_axes
-from flyreg_core.one_thread import on_one_thread
 from flyreg_core.symmetry import find_symmetry_plane
 
 AXIS_LETTERS = {"L": 0, "R": 0, "V": 1, "D": 1, "P": 2, "A": 2}
@@ -117,7 +116,6 @@ def find_frame(mesh: SurfaceMesh, stated: PoseParameters | None = None) -> Brain
     return stated.applied_to(pose.frame)
 
 
-@on_one_thread
 def find_pose(mesh: SurfaceMesh) -> Pose:
     """Return where left, ventral and posterior are in a brain that lies anyhow in its file.
 

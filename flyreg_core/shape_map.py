@@ -21,7 +21,6 @@ from scipy.spatial.distance import cdist
 from flyreg_core.affine import AffineMap
 from flyreg_core.closest_points import TOLERANCE, fit_skins
 from flyreg_core.mesh import Floats, Integers, SurfaceMesh
-from flyreg_core.one_thread import on_one_thread
 from flyreg_core.progress import Report, ignore, within
 from flyreg_core.skin import NORMAL_UM, Skin, find_skin
 
@@ -122,7 +121,6 @@ class ShapeMap:
         return sense * _unit(np.cross(first, second))
 
 
-@on_one_thread
 def fit_shape_map(
     source: SurfaceMesh,
     target: SurfaceMesh,
