@@ -20,7 +20,8 @@ flat                     flatten, halves         ring -> strip, shown as a recta
 laid over                lay_over                flat source -> flat source that lies as the target
 landmark pairs           correspondence,         curves, shape and the user's pairs -> places in
                          suggestions             the plane
-weighted spline          thin_plate_spline       places, weights, lambda -> map of the plane
+weighted spline          thin_plate_spline,      places, weights, lambda -> map of the plane;
+                         live_spline             the same under the hand, from what was solved
 boundary, folds          boundary_map, unfold    map -> one-to-one map from strip to strip
 lift, sew                lift, caps              strip -> registered surface, closed
 distances                surface_distance        two surfaces -> mean, RMS, Hausdorff, both ways
@@ -28,5 +29,6 @@ judgement                judgement,              landmarks -> leave-one-out erro
                          cross_validation        who folds the surface
 =======================  ======================  ==================================================
 
-What the user decides is a `project.Project`; `edits` change it, `project_file` keeps it.
+What the user decides is a `project.Project`; `edits` change it, `project_file` keeps it. Two brains
+that were prepared for each other are kept on disk by `cache`.
 """

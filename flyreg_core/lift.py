@@ -35,6 +35,7 @@ class Locators:
     """What finding flat triangles of the target needs, built once."""
 
     halves: Mapping[HalfName, TriangleGrid]
+    tables: Mapping[HalfName, Floats]  # see `lift_table`
     caps: tuple[Cap, Cap]
     cap_grids: tuple[TriangleGrid, TriangleGrid]
 
@@ -92,9 +93,20 @@ def build_locators(target: FlatBrain) -> Locators:
     """Return the locators of both halves and both caps of the target."""
     caps = find_caps(target.dissection, target.curves)
     grids = [cap_grid(cap, lay_cap_flat(cap, rim_circle(cap.side, target.curves))) for cap in caps]
-    return Locators(
-        {half: strip_grid(target.halves[half].flat) for half in HALVES}, caps, (grids[0], grids[1])
-    )
+    halves = {half: strip_grid(target.halves[half].flat) for half in HALVES}
+    points = target.dissection.surface.vertices
+    tables = {half: lift_table(target.halves[half], halves[half], points) for half in HALVES}
+    return Locators(halves, tables, caps, (grids[0], grids[1]))
+
+
+def lift_table(target: FlatHalf, grid: TriangleGrid, points: Floats) -> Floats:
+    """Return for each face of a half its corners on the strip and on the surface, side by side.
+
+    A lift looks up many faces in no order: together they take fewer reads of memory.
+    """
+    corners = points[target.vertex_of[target.faces]].reshape(-1, 9)
+    flat = grid.corners[: len(corners)].reshape(-1, 6)
+    return np.hstack([flat, corners, np.zeros((len(corners), 1))])
 
 
 def register(
@@ -137,7 +149,8 @@ def register(
         mended = unfold(raw, own.net, _is_boundary(own), report)
         near = None if last is None else last.halves[half].face
         grid = locators.halves[half]
-        face = _lift_into(vertices, own.vertex_of, mended.flat.uv, other, grid, points, near)
+        table = locators.tables[half]
+        face = _lift_into(vertices, own.vertex_of, mended.flat.uv, half, grid, table, near)
         halves[half] = _warped_half(raw, mended, other.law, face, gaps[half])
     flipped_on_caps = 0
     for cap, target_cap, grid in zip(source_caps, locators.caps, locators.cap_grids, strict=True):
@@ -161,7 +174,8 @@ def lift(
 ) -> Floats:
     """Return the (k, 3) surface points of (k, 2) strip coordinates on a half (eq. 13)."""
     lifted = np.zeros((len(uv), 3))
-    _lift_into(lifted, np.arange(len(uv)), uv, target, grid, points, None)
+    table = lift_table(target, grid, points)
+    _lift_into(lifted, np.arange(len(uv)), uv, target.name, grid, table, None)
     return lifted
 
 
@@ -169,9 +183,9 @@ def _lift_into(
     lifted: Floats,
     rows: Integers,
     uv: Floats,
-    target: FlatHalf,
+    name: HalfName,
     grid: TriangleGrid,
-    points: Floats,
+    table: Floats,
     near: Integers | None,
 ) -> Integers:
     """Write the surface points of strip coordinates into some rows; return the faces they lie in.
@@ -180,24 +194,15 @@ def _lift_into(
     """
     if near is None:
         near, _ = find_triangles(grid, _once_around(uv))
-    face = _carry(
-        uv,
-        near,
-        grid.corners,
-        grid.neighbours,
-        target.vertex_of[target.faces],
-        points,
-        rows,
-        lifted,
-    )
+    face = _carry(uv, near, table, grid.neighbours, rows, lifted)
     lost = np.flatnonzero(face < 0)
     if len(lost):
         face[lost], barycentric = find_triangles(grid, _once_around(uv[lost]))
         if (face[lost] < 0).any():
             raise ValueError(
-                f"{(face < 0).sum()} flat places lie in no triangle of the {target.name} half"
+                f"{(face < 0).sum()} flat places lie in no triangle of the {name} half"
             )
-        corners = points[target.vertex_of[target.faces[face[lost]]]]
+        corners = table[face[lost], 6:15].reshape(-1, 3, 3)
         lifted[rows[lost]] = np.einsum("ij,ijk->ik", barycentric, corners)
     return face
 
@@ -210,23 +215,22 @@ def _once_around(uv: Floats) -> Floats:
 def _carry(
     uv: Floats,
     near: Integers,
-    flat_corners: Floats,
+    table: Floats,
     neighbours: Integers,
-    corners: Integers,
-    points: Floats,
     rows: Integers,
     lifted: Floats,
 ) -> Integers:
     """Walk to each place of the strip and write its point of the surface; tell where it lies."""
     face = np.zeros(len(uv), dtype=np.int64)
     for k in range(len(uv)):
-        found, a, b, c = walk(uv[k, 0], uv[k, 1], near[k], flat_corners, neighbours)
+        found, a, b, c = walk(uv[k, 0], uv[k, 1], near[k], table, neighbours)
         face[k] = found
         if found >= 0:
-            first, second, third = corners[found, 0], corners[found, 1], corners[found, 2]
             for axis in range(3):
                 lifted[rows[k], axis] = (
-                    a * points[first, axis] + b * points[second, axis] + c * points[third, axis]
+                    a * table[found, 6 + axis]
+                    + b * table[found, 9 + axis]
+                    + c * table[found, 12 + axis]
                 )
     return face
 

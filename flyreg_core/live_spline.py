@@ -81,6 +81,7 @@ class LiveSpline:
         self._most_bytes = most_bytes
         self._centers = np.zeros((0, 2))
         self._row_of: dict[tuple[float, float, int], int] = {}
+        self._sources, self._rows = np.zeros((0, 2)), np.zeros(0, dtype=np.int64)
         self._kernel: Floats | None = None  # (m, n)
         self._held: _Held | None = None
         self._last: Demand | None = None
@@ -97,7 +98,9 @@ class LiveSpline:
             As `fit_thin_plate_spline`.
         """
         check_landmarks(sources, targets, weights, smoothing)
-        rows = self._rows(sources)
+        if not np.array_equal(sources, self._sources):
+            self._sources, self._rows = sources.copy(), self._find_rows(sources)
+        rows = self._rows
         at, pull = np.zeros(self._centers.shape), np.zeros(len(self._centers))
         at[rows], pull[rows] = targets, np.where(weights > LEAST_WEIGHT, weights, 0.0)
         demand = Demand(at, pull, smoothing)
@@ -122,7 +125,7 @@ class LiveSpline:
 
     # Where landmarks are kept
 
-    def _rows(self, sources: Floats) -> Integers:
+    def _find_rows(self, sources: Floats) -> Integers:
         """Return the row of each landmark; those that were never here get one."""
         keys = []
         count: dict[tuple[float, float], int] = {}

@@ -90,7 +90,8 @@ def find_triangles(
     that it is least outside of, and coordinates moved into it; -1 where its cell is empty.
     """
     if near is not None:
-        found, barycentric = _walk(points, near, grid.corners, grid.neighbours)
+        corners = grid.corners.reshape(-1, 6)
+        found, barycentric = _walk(points, near, corners, grid.neighbours)
         lost = np.flatnonzero(found < 0)
         if len(lost):
             found[lost], barycentric[lost] = find_triangles(grid, points[lost])
@@ -177,16 +178,19 @@ def _walk(
 def walk(
     u: float, v: float, near: int, corners: Floats, neighbours: Integers
 ) -> tuple[int, float, float, float]:
-    """Return the face that a place of a strip lies in, -1 if it was not reached, and where in it."""
+    """Return the face that a place of a strip lies in, -1 if it was not reached, and where in it.
+
+    Rows of `corners` begin with u and v of the three corners of a face.
+    """
     t = near
     for _ in range(MOST_STEPS):
         if t < 0:
             break
-        middle = (corners[t, 0, 0] + corners[t, 1, 0] + corners[t, 2, 0]) / 3
+        middle = (corners[t, 0] + corners[t, 2] + corners[t, 4]) / 3
         x = u + math.floor(middle - u + 0.5)
-        ax, ay = corners[t, 0, 0] - x, corners[t, 0, 1] - v
-        bx, by = corners[t, 1, 0] - x, corners[t, 1, 1] - v
-        cx, cy = corners[t, 2, 0] - x, corners[t, 2, 1] - v
+        ax, ay = corners[t, 0] - x, corners[t, 1] - v
+        bx, by = corners[t, 2] - x, corners[t, 3] - v
+        cx, cy = corners[t, 4] - x, corners[t, 5] - v
         wa, wb, wc = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
         total = wa + wb + wc
         if total <= 0:

@@ -176,7 +176,11 @@ def _describe_distances(results: Results) -> list[str]:
     if distances is None:
         return ["Measured when the sliders are at rest"]
     forth, back = distances.a_to_b, distances.b_to_a
-    return [
+    lines = [
         f"To target: mean {forth.mean_um:.2f}, largest {forth.hausdorff_um:.1f} µm",
         f"From target: mean {back.mean_um:.2f}, largest {back.hausdorff_um:.1f} µm",
     ]
+    judgement = results.judgement
+    if judgement is not None and len(judgement.there_and_back_um):
+        lines.append(f"There and back: {judgement.there_and_back_um.mean():.2f} µm off, mean")
+    return lines
