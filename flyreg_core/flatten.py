@@ -30,7 +30,7 @@ STRONGEST_CHANGE = 6.0
 """No round changes a weight by more than this factor's logarithm."""
 
 
-MOST_EXTRA_ROUNDS = 4
+MOST_EXTRA_ROUNDS = 16
 """As many rounds follow while rounding still turns faces over, in pockets that crowd too much."""
 
 
