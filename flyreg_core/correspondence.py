@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import igl
@@ -39,6 +40,11 @@ class FlatBrain:
     frame: BrainFrame
     curves: Mapping[CurveKey, Curve]
     halves: Mapping[HalfName, FlatHalf]
+
+    @cached_property
+    def normals(self) -> Floats:
+        """(n, 3) unit normals of the surface's vertices, outwards in the file too if it is mirrored."""
+        return self.frame.outwards * self.dissection.surface.vertex_normals
 
 
 @dataclass(frozen=True, eq=False)

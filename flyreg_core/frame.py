@@ -33,6 +33,11 @@ class BrainFrame:
         return np.asarray(self.origin + coordinates @ self.axes)
 
     @property
+    def outwards(self) -> float:
+        """-1 where normals of prepared faces point inwards in the file, as it is mirrored; else 1."""
+        return -1.0 if self.is_mirrored else 1.0
+
+    @property
     def is_mirrored(self) -> bool:
         """Tell whether the file shows the animal's mirror image."""
         return bool(np.linalg.det(self.axes) < 0)

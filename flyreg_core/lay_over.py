@@ -60,7 +60,7 @@ def find_partners(
     """
     surface = target.dissection.surface
     places = find_places(to_target(points), surface)
-    there = places.carried(surface.vertex_normals, surface.faces)
+    there = places.carried(target.normals, surface.faces)
     likeness = (to_target.turned(points, normals) * there).sum(axis=1)
     length = np.maximum(np.linalg.norm(there, axis=1), np.finfo(float).tiny)
     return places, likeness / length > LEAST_LIKENESS
@@ -151,7 +151,7 @@ def _places_of_partners(
 ) -> tuple[Floats, Booleans]:
     """Return (k, 2) where a half's vertices belong on the target's strip, and which are sure of it."""
     own, surface = source.halves[half], source.dissection.surface
-    points, normals = surface.vertices[own.vertex_of], surface.vertex_normals[own.vertex_of]
+    points, normals = surface.vertices[own.vertex_of], source.normals[own.vertex_of]
     partners, is_sure = find_partners(points, normals, target, to_target)
     in_half = target.dissection.piece_of_face == PIECES.index(half)
     is_sure &= in_half[partners.face]

@@ -26,12 +26,13 @@ class CarriedCut:
     """The cut of a target, looked up from the source."""
 
     to_target: ShapeMap
+    outwards: float  # see `BrainFrame.outwards`, of the source
     height: Floats  # (n,), of the target's vertices behind its cut along the surface, micrometres
     tree: KDTree  # of positions and weighted normals of these vertices
 
     def height_over_cut(self, surface: SurfaceMesh) -> Floats:
         """Return (n,) how far behind the cut the vertices of a source come to lie, micrometres."""
-        normals = self.to_target.turned(surface.vertices, surface.vertex_normals)
+        normals = self.to_target.turned(surface.vertices, self.outwards * surface.vertex_normals)
         places = np.hstack([self.to_target(surface.vertices), NORMAL_UM * normals])
         return np.asarray(self.height[self.tree.query(places)[1]])
 
@@ -47,7 +48,7 @@ class Match:
 
 
 def who_decides(source: Brain, target: Brain) -> Role | None:
-    """Return the one brain of which the user has said how it lies, is trimmed or cut; None: not one."""
+    """Return the one brain of which the user has said where it is trimmed or cut; None: not one."""
     has_source, has_target = (_is_decided(brain) for brain in (source, target))
     if has_source == has_target:
         return None
@@ -67,9 +68,7 @@ def share_of_pockets(solid: VoxelSolid) -> float:
 
 def _is_decided(brain: Brain) -> bool:
     usual = Brain(brain.input)
-    return (brain.pose, brain.trim, brain.handles, brain.cut) != (
-        *(usual.pose, usual.trim, usual.handles, usual.cut),
-    )
+    return (brain.trim, brain.handles, brain.cut) != (*(usual.trim, usual.handles, usual.cut),)
 
 
 def match_to_target(
@@ -100,10 +99,13 @@ def match_to_target(
     caps = (to_target.back(target.surface.vertices[is_cap & side]) for side in (~is_left, is_left))
     right, left = (float(frame.coordinates(cap)[:, LEFT_RIGHT].mean()) for cap in caps)
     planes = TrimPlanes(right, left)
-    return Match(frame, planes, _carried_cut(dissection, to_target), target.grid_runs_right)
+    cut = _carried_cut(dissection, target.frame, to_target, frame)
+    return Match(frame, planes, cut, target.grid_runs_right)
 
 
-def _carried_cut(target: Dissection, to_target: ShapeMap) -> CarriedCut:
+def _carried_cut(
+    target: Dissection, target_frame: BrainFrame, to_target: ShapeMap, source_frame: BrainFrame
+) -> CarriedCut:
     surface, piece = target.surface, target.piece_of_face
     on_half = np.zeros((len(HALVES), len(surface.vertices)), dtype=bool)
     for number, half in enumerate(HALVES):
@@ -113,5 +115,6 @@ def _carried_cut(target: Dissection, to_target: ShapeMap) -> CarriedCut:
     vertices = surface.vertices[is_known]
     away = KDTree(seam).query(vertices)[0]
     height = np.where(on_half[1, is_known], away, -away)
-    features = np.hstack([vertices, NORMAL_UM * surface.vertex_normals[is_known]])
-    return CarriedCut(to_target, height, KDTree(features))
+    normals = target_frame.outwards * surface.vertex_normals[is_known]
+    features = np.hstack([vertices, NORMAL_UM * normals])
+    return CarriedCut(to_target, source_frame.outwards, height, KDTree(features))

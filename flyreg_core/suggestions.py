@@ -55,7 +55,7 @@ def _suggest_in(
         return []
     surface = source.dissection.surface
     points = surface.vertices[chosen]
-    normals = surface.vertex_normals[chosen]
+    normals = source.normals[chosen]
     partners, is_alike = find_partners(points, normals, target, to_target)
     piece = target.dissection.piece_of_face[partners.face]
     limit = max(TOLERANCE * float(np.median(partners.apart_um)), LEAST_LIMIT_UM)

@@ -17,14 +17,18 @@ from flyreg_core.cut_height import CutParameters
 from flyreg_core.errors import Cancelled, FlyregError, LandmarkError
 from flyreg_core.handles import HandleParameters
 from flyreg_core.landmarks import LandmarkPair
+from flyreg_core.matching import who_decides
 from flyreg_core.memo import Memo
 from flyreg_core.pipeline import Pipeline
 from flyreg_core.progress import ignore
 from flyreg_core.project import Project
 from flyreg_core.results import Results, find_warnings
 from flyreg_core.smooth import SmoothParameters
+from flyreg_core.transform import transform_points
+from flyreg_core.trim import TrimParameters
 
 SEVERAL_MICROMETRES = 2.0
+THERE_AND_BACK_UM = 0.5
 AS_SEEN = 1e-6
 """How far vertices may be off while a hand moves, as a share of the diagonal."""
 LANDMARKS = {"boundary landmarks", "suggestions", "landmarks", "live splines"}
@@ -70,20 +74,23 @@ def interior_pair(results: Results, shift: float = 0.0) -> LandmarkPair:
         ),
         (
             lambda p: edits.set_brain(p, "source", replace(p.source, cut=CutParameters(3.0))),
-            {"cut", "flatten", "prepared", "laying over"} | LANDMARKS | AFTER_SPLINE,
+            {"cut", "flatten", "prepared", "matching", "laying over", "locators"}
+            | LANDMARKS
+            | AFTER_SPLINE,
         ),
         (
             lambda p: edits.set_brain(
                 p, "source", replace(p.source, handles=HandleParameters(hole=(0.0, 35.0, 10.0)))
             ),
-            {"torus", "simplify", "smooth", "cut", "flatten", "prepared", "laying over"}
+            {"torus", "simplify", "smooth", "cut", "flatten", "prepared", "alignment"}
+            | {"shape map", "matching", "laying over", "locators"}
             | LANDMARKS
             | AFTER_SPLINE,
         ),
         (
             lambda p: edits.set_brain(p, "target", replace(p.target, smooth=SmoothParameters(50))),
-            {"smooth", "cut", "flatten", "prepared", "matching", "laying over", "locators"}
-            | LANDMARKS
+            {"smooth", "cut", "flatten", "prepared", "laying over", "locators"}
+            | LANDMARKS - {"live splines"}
             | AFTER_SPLINE,
         ),
     ],
@@ -250,6 +257,30 @@ def test_each_way_of_pairing_gives_a_closed_surface_without_folds(
     results = pipeline.run(replace(demo_project, boundary=boundary))
     assert [half.flipped for half in results.registration.halves.values()] == [0, 0]
     assert results.registration.flipped_on_caps == 0
+
+
+def test_both_directions_are_one_map(
+    pipeline: Pipeline, results: Results, demo_project: Project
+) -> None:
+    turned = replace(demo_project, source=demo_project.target, target=demo_project.source)
+    back = pipeline.run(turned)
+    assert back.source.flat.dissection is results.target.flat.dissection
+    there = results.registration.surface.vertices
+    again = transform_points(there, back.source.surface, back.registration.surface)
+    away = np.linalg.norm(again.points - results.source.surface.vertices, axis=1)
+    assert away.mean() < THERE_AND_BACK_UM
+    assert results.judgement is not None
+    told = results.judgement.there_and_back_um
+    assert told.mean() == pytest.approx(float(away.mean()), abs=THERE_AND_BACK_UM / 2)
+
+
+def test_the_brain_that_the_user_trimmed_decides_for_both(demo_project: Project) -> None:
+    source, target = demo_project.source, demo_project.target
+    trimmed = replace(target, trim=TrimParameters(right=-200.0))
+    assert who_decides(source, target) is None
+    assert who_decides(source, trimmed) == "target"
+    assert who_decides(trimmed, source) == "source"
+    assert who_decides(trimmed, trimmed) is None
 
 
 def test_a_changed_file_is_noticed(tmp_path: Path, demo_project: Project) -> None:
