@@ -42,6 +42,8 @@ SHORTENING_ROUNDS, SPREADING_PASSES = 4, 40
 """How often the border of the halves is shortened, and how far each side spreads for that."""
 LEVELS = np.linspace(0.02, 0.98, 49)
 """Shares of the surface behind the levels at which the first two rings may part."""
+SHARES_OF_SHIFT = (1.0, 0.75, 0.5)
+"""How much of a shift is tried, in turn."""
 SMALL = 1e-9
 """Least size of a value whose sign tells the side."""
 
@@ -53,6 +55,7 @@ class Dissection:
     surface: SurfaceMesh
     piece_of_face: Integers  # (m,), index into PIECES
     cut_knots: Floats  # (3, 2), left-right and antero-posterior place of the cut in the frame
+    shift_um: float = 0.0  # how far behind its place the cut was made
 
     def faces_of(self, piece: str) -> Integers:
         """Return the faces of one piece, with the vertex numbers of the whole surface."""
@@ -80,7 +83,7 @@ def dissect(
     Raises
     ------
     TopologyError
-        A cap or the cut lies where there is no brain.
+        A cap or the cut lies where there is no brain, even if it is shifted half as far.
 
     Notes
     -----
@@ -90,20 +93,28 @@ def dissect(
     in the trim openings, as far as they remain disks whose rims the cut crosses twice. So every
     brain falls into two rings and two disks, and where the cut is not a height (in folds and
     pockets) it gives way. The lines are drawn between vertices of different sides: simple closed
-    curves.
+    curves. A shift that takes the cut out of a trim opening is made only as far as it stays inside.
     """
+    problem: TopologyError | None = None
+    for share in SHARES_OF_SHIFT if parameters.shift_um else (1.0,):
+        try:
+            return _dissect(torus, surface, smoothed, share * parameters.shift_um, carried)
+        except TopologyError as error:
+            problem = problem or error
+    raise problem or TopologyError("the cut was not tried")
+
+
+def _dissect(
+    torus: Torus, surface: SurfaceMesh, smoothed: Floats, shift_um: float, carried: Floats | None
+) -> Dissection:
     depth = CAP_DEPTH * torus.pitch
     x = torus.frame.coordinates(surface.vertices)[:, LEFT_RIGHT]
     right = _beyond_plane(surface.faces, x - torus.planes.right - depth, "right")
     left = _beyond_plane(surface.faces, torus.planes.left - depth - x, "left")
     turn = torus.turn[torus.nearest_vertices(surface.vertices)]
     knots = find_cut_knots(torus, smoothed, (right < 0, left < 0))
-    knots = knots + np.array([0.0, parameters.shift_um])
-    height = (
-        height_over_cut(torus, smoothed, knots)
-        if carried is None
-        else carried - parameters.shift_um
-    )
+    knots = knots + np.array([0.0, shift_um])
+    height = height_over_cut(torus, smoothed, knots) if carried is None else carried - shift_um
     height = keep_largest_regions(surface.faces, height)
     links = find_links(surface.faces, len(surface.vertices))
     is_behind = move_border(links, _rings(surface, turn, height >= 0), height)
@@ -116,7 +127,7 @@ def dissect(
     )
     vertices, faces, piece = _divide(surface, *fields)
     vertices, faces, piece = _split_chords(vertices, faces, piece)
-    dissection = Dissection(SurfaceMesh(vertices, faces), piece.astype(np.int64), knots)
+    dissection = Dissection(SurfaceMesh(vertices, faces), piece.astype(np.int64), knots, shift_um)
     _check(dissection)
     return dissection
 

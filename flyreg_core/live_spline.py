@@ -89,8 +89,8 @@ class LiveSpline:
 
     def __call__(
         self, sources: Floats, targets: Floats, weights: Floats, smoothing: float, report: Report
-    ) -> tuple[ThinPlateSpline, Floats]:
-        """Return the spline of (k, 2) landmarks, and the (n, 2) places to which the points go.
+    ) -> Floats:
+        """Return the (n, 2) places to which the spline of (k, 2) landmarks takes the points.
 
         Raises
         ------
@@ -104,15 +104,15 @@ class LiveSpline:
         at, pull = np.zeros(self._centers.shape), np.zeros(len(self._centers))
         at[rows], pull[rows] = targets, np.where(weights > LEAST_WEIGHT, weights, 0.0)
         demand = Demand(at, pull, smoothing)
-        spline, values = self._answer(demand, report)
+        values = self._answer(demand, report)
         self._last = demand
-        return ThinPlateSpline(sources, spline.bending[rows], spline.affine), values
+        return values
 
     def forget(self) -> None:
         """Have the next solution found anew, as if there had been none before."""
         self._held = self._last = self._table = None
 
-    def _answer(self, demand: Demand, report: Report) -> tuple[ThinPlateSpline, Floats]:
+    def _answer(self, demand: Demand, report: Report) -> Floats:
         held, last = self._held, self._last
         touched = None if held is None else _touched(held, demand)
         if held is not None and touched is not None:
@@ -121,7 +121,7 @@ class LiveSpline:
         if is_in_table and last is not None and demand.has_landmarks_of(last):
             return self._from_table(demand, report)
         self._held = self._solved(demand, report)
-        return self._held.spline, self._held.values
+        return self._held.values
 
     # Where landmarks are kept
 
@@ -195,51 +195,32 @@ class LiveSpline:
         values = self._evaluate(spline.bending[used], spline.affine, used, report)
         return _Held(demand, spline, values, used)
 
-    def _corrected(
-        self, held: _Held, touched: Integers, demand: Demand, report: Report
-    ) -> tuple[ThinPlateSpline, Floats]:
-        """Return what becomes of a solution whose weights and targets change.
+    def _corrected(self, held: _Held, touched: Integers, demand: Demand, report: Report) -> Floats:
+        """Return what becomes of values whose landmarks' weights and targets change.
 
         With G the inverse of the bordered system and D the change of its diagonal, both for the
         touched rows alone, the right side moves by the targets' steps less (1 / D + G)^-1 of what
         the bending would be then. A landmark that is left out has 1 / D = 0.
         """
         if len(touched) == 0:
-            return held.spline, held.values
+            return held.values
         place = np.searchsorted(held.used, touched)
-        inverse = self._inverse(held)
-        columns = inverse[:, place]
+        inside = self._inverse(held)[np.ix_(place, place)]
         moved = demand.targets[touched] - held.demand.targets[touched]
         is_out = demand.weights[touched] == 0
         moved[is_out] = 0.0
-        bending = held.spline.bending[held.used][place] + columns[place] @ moved
+        bending = held.spline.bending[touched] + inside @ moved
         slack = 1 / np.where(is_out, 1.0, demand.weights[touched])
         change = demand.smoothing * (slack - 1 / held.demand.weights[touched])
         change[is_out] = np.inf
         weighs = np.flatnonzero(change)
-        inside = columns[place[weighs]][:, weighs] + np.diag(1 / change[weighs])
-        moved[weighs] -= np.linalg.solve(inside, bending[weighs])
-        return self._moved(held, touched, columns @ moved, moved, demand, report)
-
-    def _moved(
-        self,
-        held: _Held,
-        touched: Integers,
-        step: Floats,
-        moved: Floats,
-        demand: Demand,
-        report: Report,
-    ) -> tuple[ThinPlateSpline, Floats]:
-        count = len(held.used)
-        bending = held.spline.bending.copy()
-        bending[held.used] += step[:count]
-        bending[demand.weights == 0] = 0.0
-        fields = self._fields(held, touched, report)
+        system = inside[np.ix_(weighs, weighs)] + np.diag(1 / change[weighs])
+        moved[weighs] -= np.linalg.solve(system, bending[weighs])
         values = held.values.copy()
-        for amount, own in zip(moved, fields, strict=True):
+        for amount, own in zip(moved, self._fields(held, touched, report), strict=True):
             values[:, 0] += amount[0] * own
             values[:, 1] += amount[1] * own
-        return ThinPlateSpline(self._centers, bending, held.spline.affine + step[count:]), values
+        return values
 
     def _inverse(self, held: _Held) -> Floats:
         if held.inverse is None:
@@ -258,13 +239,10 @@ class LiveSpline:
             held.fields |= dict(zip(new.tolist(), np.ascontiguousarray(made.T), strict=True))
         return [held.fields[row] for row in touched.tolist()]
 
-    def _from_table(self, demand: Demand, report: Report) -> tuple[ThinPlateSpline, Floats]:
+    def _from_table(self, demand: Demand, report: Report) -> Floats:
         if self._table is None or not self._table[0].has_landmarks_of(demand):
             self._table = demand, self._tabulated(demand, report)
-        table, used = self._table[1], np.flatnonzero(demand.weights > 0)
-        bending = np.zeros(self._centers.shape)
-        bending[used], affine = table.coefficients(demand.smoothing)
-        return ThinPlateSpline(self._centers, bending, affine), table(demand.smoothing)
+        return self._table[1](demand.smoothing)
 
     def _tabulated(self, demand: Demand, report: Report) -> SmoothingTable:
         used = np.flatnonzero(demand.weights > 0)

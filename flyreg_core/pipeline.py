@@ -423,7 +423,7 @@ def _bend(
         if is_exact:
             live[half].forget()
         ends = geometry.sources[half], geometry.targets[half]
-        places[half] = live[half](*ends, np.array(own), smoothing, report)[1]
+        places[half] = live[half](*ends, np.array(own), smoothing, report)
     return _FlatPlaces(places, is_exact)
 
 

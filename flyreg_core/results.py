@@ -109,6 +109,12 @@ def find_warnings(
         )
     for brain in (source, target):
         name = brain.brain.input.name
+        wanted, made = brain.brain.cut.shift_um, brain.flat.dissection.shift_um
+        if made != wanted:
+            warnings.append(
+                f"{name}: the cut was moved by {made:.1f} um instead of {wanted:.1f}, so that it passes "
+                "both trim openings"
+            )
         warnings += [
             f"{name}: {text}" for text in (*brain.torus.warnings, *brain.simplified.warnings)
         ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,11 +37,6 @@ class SmoothingTable:
     43 (h / pi)^8 = 8e-8 of what the smoothing does, for all modes alike.
     """
 
-    spectrum: Spectrum
-    centers: Floats  # (k, 2)
-    targets: Floats  # (k, 2)
-    kernel: Floats  # (k, k)
-    to_affine: Floats  # (3, k), takes weighted heights of a plane to the plane
     first: Floats  # (n, 2), values at the first node
     steps: NDArray[np.float32]  # (N, 2 n), what the values at each node differ by from the first's
 
@@ -51,24 +46,13 @@ class SmoothingTable:
     ) -> SmoothingTable:
         """Return the table of (k, 2) landmarks, all of which weigh something."""
         spectrum = find_spectrum(centers, targets, weights)
-        plane = spectrum.root_weights[:, np.newaxis] * affine_basis(centers)
-        bare = cls(
-            *(
-                spectrum,
-                centers,
-                targets,
-                kernel(centers, centers),
-                np.asarray(np.linalg.pinv(plane), float),
-            ),
-            *(np.zeros((0, 2)), np.zeros((0, 0), dtype=np.float32)),
-        )
         nodes = [LEAST_SMOOTHING * float(np.exp(STEP * (k - BEYOND))) for k in range(N_NODES)]
-        bending, affine = zip(*(bare.coefficients(node) for node in nodes), strict=True)
-        values = evaluate(np.concatenate(bending, axis=1), np.concatenate(affine, axis=1))
+        bending, affine = _coefficients(centers, targets, spectrum, np.array(nodes))
+        values = evaluate(bending, affine)
         first = values[:, :2].copy()
         values -= np.tile(first, N_NODES)
         steps = values.reshape(len(first), N_NODES, 2).transpose(1, 0, 2).astype(np.float32)
-        return replace(bare, first=first, steps=steps.reshape(N_NODES, -1))
+        return cls(first, steps.reshape(N_NODES, -1))
 
     def __call__(self, smoothing: float) -> Floats:
         """Return the (n, 2) values for a smoothing within the table."""
@@ -82,10 +66,17 @@ class SmoothingTable:
         step = np.array(shares, dtype=np.float32) @ self.steps[start : start + AROUND]
         return np.asarray(self.first + step.reshape(self.first.shape))
 
-    def coefficients(self, smoothing: float) -> tuple[Floats, Floats]:
-        """Return the (k, 2) bending and the (3, 2) affine part of the spline, exactly."""
-        spectrum, roots = self.spectrum, self.spectrum.root_weights[:, np.newaxis]
-        shares = spectrum.amounts / (spectrum.values + smoothing)[:, np.newaxis]
-        bending = roots * (spectrum.modes @ shares)
-        flat = self.targets - self.kernel @ bending - smoothing * bending / roots**2
-        return bending, np.asarray(self.to_affine @ (roots * flat))
+
+def _coefficients(
+    centers: Floats, targets: Floats, spectrum: Spectrum, smoothings: Floats
+) -> tuple[Floats, Floats]:
+    """Return the (k, 2 s) bending and (3, 2 s) affine parts of the splines of s smoothings."""
+    roots = spectrum.root_weights[:, np.newaxis]
+    left = spectrum.values[:, np.newaxis] + smoothings
+    shares = (spectrum.amounts[:, np.newaxis] / left[..., np.newaxis]).reshape(len(left), -1)
+    scaled = spectrum.modes @ shares
+    bending = roots * scaled
+    flat = np.tile(targets, len(smoothings)) - kernel(centers, centers) @ bending
+    flat -= np.repeat(smoothings, 2) * scaled / roots
+    affine = np.linalg.lstsq(roots * affine_basis(centers), roots * flat)[0]
+    return bending, np.asarray(affine, float)

@@ -72,17 +72,14 @@ class Landmarks:
 
 
 def check(live: LiveSpline, marks: Landmarks) -> None:
-    """The answer is that of a new solution, at the points and as coefficients, or the same refusal."""
+    """The answer is that of a new solution, or the same refusal."""
     try:
         expected = marks.solve_anew()
     except LandmarkError as refusal:
         with pytest.raises(LandmarkError, match=str(refusal)):
             marks.ask(live)
         return
-    spline, values = marks.ask(live)
-    assert np.abs(values - expected(marks.points)).max() < EQUAL
-    assert np.abs(spline(marks.points) - expected(marks.points)).max() < EQUAL
-    assert (spline.bending[marks.weights == 0] == 0).all()
+    assert np.abs(marks.ask(live) - expected(marks.points)).max() < EQUAL
 
 
 @given(seed=SEEDS, steps=st.lists(EDITS, max_size=12))
@@ -162,20 +159,18 @@ def test_the_order_of_landmarks_does_not_matter():
     marks, order = Landmarks(5), np.random.default_rng(5).permutation(COUNT)
     live = LiveSpline(marks.points)
     marks.edit("weight", 4, 9.0)
-    _, values = marks.ask(live)
+    values = marks.ask(live)
     shuffled = (marks.sources[order], marks.targets[order], marks.weights[order], marks.smoothing)
-    spline, again = live(*shuffled, ignore)
-    assert np.abs(values - again).max() < EQUAL
-    assert np.array_equal(spline.centers, marks.sources[order])
+    assert np.abs(values - live(*shuffled, ignore)).max() < EQUAL
 
 
 def test_an_answer_that_was_given_stays_as_it_was():
     marks = Landmarks(6)
     live = LiveSpline(marks.points)
-    _, values = marks.ask(live)
+    values = marks.ask(live)
     before = values.copy()
     marks.edit("weight", 4, 9.0)
-    _, second = marks.ask(live)
+    second = marks.ask(live)
     marks.edit("smoothing", 0.5, None)
     marks.ask(live)
     assert np.array_equal(values, before)

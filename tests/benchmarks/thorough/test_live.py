@@ -55,7 +55,7 @@ def test_a_tick_is_a_small_share_of_solving_anew(capsys: pytest.CaptureFixture[s
     weights = np.ones(LANDMARKS)
 
     def ask(weights: np.ndarray, targets: np.ndarray, smoothing: float) -> np.ndarray:
-        return live(sources, targets, weights, smoothing, ignore)[1]
+        return live(sources, targets, weights, smoothing, ignore)
 
     def weigh(tick: int) -> None:
         changed = weights.copy()
