@@ -194,16 +194,15 @@ def _lift_into(
     """
     if near is None:
         near, _ = find_triangles(grid, _once_around(uv))
-    face = _carry(uv, near, table, grid.neighbours, rows, lifted)
+    face, barycentric = walk(uv, near, table, grid.neighbours)
     lost = np.flatnonzero(face < 0)
     if len(lost):
-        face[lost], barycentric = find_triangles(grid, _once_around(uv[lost]))
+        face[lost], barycentric[lost] = find_triangles(grid, _once_around(uv[lost]))
         if (face[lost] < 0).any():
             raise ValueError(
                 f"{(face < 0).sum()} flat places lie in no triangle of the {name} half"
             )
-        corners = table[face[lost], 6:15].reshape(-1, 3, 3)
-        lifted[rows[lost]] = np.einsum("ij,ijk->ik", barycentric, corners)
+    _combine(face, barycentric, table, rows, lifted)
     return face
 
 
@@ -212,27 +211,15 @@ def _once_around(uv: Floats) -> Floats:
 
 
 @njit(nogil=True, cache=True)
-def _carry(
-    uv: Floats,
-    near: Integers,
-    table: Floats,
-    neighbours: Integers,
-    rows: Integers,
-    lifted: Floats,
-) -> Integers:
-    """Walk to each place of the strip and write its point of the surface; tell where it lies."""
-    face = np.zeros(len(uv), dtype=np.int64)
-    for k in range(len(uv)):
-        found, a, b, c = walk(uv[k, 0], uv[k, 1], near[k], table, neighbours)
-        face[k] = found
-        if found >= 0:
-            for axis in range(3):
-                lifted[rows[k], axis] = (
-                    a * table[found, 6 + axis]
-                    + b * table[found, 9 + axis]
-                    + c * table[found, 12 + axis]
-                )
-    return face
+def _combine(
+    face: Integers, barycentric: Floats, table: Floats, rows: Integers, lifted: Floats
+) -> None:
+    for k in range(len(face)):
+        corners, row = table[face[k]], rows[k]
+        a, b, c = barycentric[k]
+        lifted[row, 0] = a * corners[6] + b * corners[9] + c * corners[12]
+        lifted[row, 1] = a * corners[7] + b * corners[10] + c * corners[13]
+        lifted[row, 2] = a * corners[8] + b * corners[11] + c * corners[14]
 
 
 def _warp_half(

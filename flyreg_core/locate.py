@@ -91,7 +91,7 @@ def find_triangles(
     """
     if near is not None:
         corners = grid.corners.reshape(-1, 6)
-        found, barycentric = _walk(points, near, corners, grid.neighbours)
+        found, barycentric = walk(points, near, corners, grid.neighbours)
         lost = np.flatnonzero(found < 0)
         if len(lost):
             found[lost], barycentric[lost] = find_triangles(grid, points[lost])
@@ -163,44 +163,38 @@ def _find(
 
 
 @njit(nogil=True, cache=True)
-def _walk(
-    points: Floats, near: Integers, corners: Floats, neighbours: Integers
-) -> tuple[Integers, Floats]:
-    found = np.full(len(points), -1, dtype=np.int64)
-    barycentric = np.zeros((len(points), 3))
-    for k in range(len(points)):
-        found[k], a, b, c = walk(points[k, 0], points[k, 1], near[k], corners, neighbours)
-        barycentric[k, 0], barycentric[k, 1], barycentric[k, 2] = a, b, c
-    return found, barycentric
-
-
-@njit(nogil=True, cache=True)
 def walk(
-    u: float, v: float, near: int, corners: Floats, neighbours: Integers
-) -> tuple[int, float, float, float]:
-    """Return the face that a place of a strip lies in, -1 if it was not reached, and where in it.
+    places: Floats, near: Integers, corners: Floats, neighbours: Integers
+) -> tuple[Integers, Floats]:
+    """Return the faces that (k, 2) places of a strip lie in, -1 if not reached, and where in them.
 
     Rows of `corners` begin with u and v of the three corners of a face.
     """
-    t = near
-    for _ in range(MOST_STEPS):
-        if t < 0:
-            break
-        middle = (corners[t, 0] + corners[t, 2] + corners[t, 4]) / 3
-        x = u + math.floor(middle - u + 0.5)
-        ax, ay = corners[t, 0] - x, corners[t, 1] - v
-        bx, by = corners[t, 2] - x, corners[t, 3] - v
-        cx, cy = corners[t, 4] - x, corners[t, 5] - v
-        wa, wb, wc = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
-        total = wa + wb + wc
-        if total <= 0:
-            break
-        if wa >= 0 and wb >= 0 and wc >= 0:
-            return t, wa / total, wb / total, wc / total
-        across = 0
-        if wb < wa and wb <= wc:
-            across = 1
-        elif wc < wa:
-            across = 2
-        t = neighbours[t, across]
-    return -1, 0.0, 0.0, 0.0
+    found = np.full(len(places), -1, dtype=np.int64)
+    barycentric = np.zeros((len(places), 3))
+    for k in range(len(places)):
+        u, v, t = places[k, 0], places[k, 1], near[k]
+        for _ in range(MOST_STEPS):
+            if t < 0:
+                break
+            ax, bx, cx = corners[t, 0], corners[t, 2], corners[t, 4]
+            x = u + math.floor((ax + bx + cx) / 3 - u + 0.5)
+            ax, bx, cx = ax - x, bx - x, cx - x
+            ay, by, cy = corners[t, 1] - v, corners[t, 3] - v, corners[t, 5] - v
+            wa, wb, wc = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
+            total = wa + wb + wc
+            if total <= 0:
+                break
+            if wa >= 0 and wb >= 0 and wc >= 0:
+                found[k] = t
+                barycentric[k, 0] = wa / total
+                barycentric[k, 1] = wb / total
+                barycentric[k, 2] = wc / total
+                break
+            across = 0
+            if wb < wa and wb <= wc:
+                across = 1
+            elif wc < wa:
+                across = 2
+            t = neighbours[t, across]
+    return found, barycentric
