@@ -20,11 +20,11 @@ from flyreg_core.cross_validation import (
 )
 from flyreg_core.errors import LandmarkError
 from flyreg_core.landmarks import HALVES, HalfName
-from flyreg_core.lift import Locators, Registration, lift
-from flyreg_core.locate import TriangleGrid, strip_grid
+from flyreg_core.lift import Locators, Registration, WarpedHalf, lift
+from flyreg_core.locate import TriangleGrid, find_triangles, strip_grid
 from flyreg_core.mesh import Floats
 from flyreg_core.rectangle import from_plane
-from flyreg_core.thin_plate_spline import fit_thin_plate_spline
+from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,16 +75,30 @@ def judge(
         folds.update(acting[used[number]].pair.id for number in nearest.tolist())
         with suppress(LandmarkError):  # targets at one place cannot be told apart on the way back
             back = fit_thin_plate_spline(ends[:, 1], ends[:, 0], weights, smoothing)
-            returns.append(_misses(source, half, back(registration.halves[half].plane)))
+            grid, warped = locators.halves[half], registration.halves[half]
+            returns.append(_misses(source, target, half, grid, warped, back))
     returned = np.concatenate(returns) if len(returns) == len(HALVES) else np.zeros(0)
     return Judgement(cross_validate(spectra), errors, dict(folds.most_common()), returned)
 
 
-def _misses(source: FlatBrain, half: HalfName, places: Floats) -> Floats:
-    """Return how far vertices of a half lie from (k, 2) places of its rectangle, micrometres."""
-    own, surface = source.halves[half], source.dissection.surface.vertices
-    points = _lifted(half, source, strip_grid(own.flat), places, surface)
-    return np.asarray(np.linalg.norm(points - surface[own.vertex_of], axis=1))
+def _misses(
+    source: FlatBrain,
+    target: FlatBrain,
+    half: HalfName,
+    grid: TriangleGrid,
+    warped: WarpedHalf,
+    back: ThinPlateSpline,
+) -> Floats:
+    """Return how far from where they were the vertices of a half are brought back, micrometres.
+
+    They lie on the target's faces, whose vertices the way back carries to the source's surface.
+    """
+    own, other, surface = source.halves[half], target.halves[half], source.dissection.surface
+    carried = _lifted(half, source, strip_grid(own.flat), back(other.plane), surface.vertices)
+    inside = np.stack([np.mod(warped.flat.uv[:, 0], 1.0), warped.flat.uv[:, 1]], axis=1)
+    face, barycentric = find_triangles(grid, inside, warped.face)
+    points = np.einsum("ij,ijk->ik", barycentric, carried[other.faces[face]])
+    return np.asarray(np.linalg.norm(points - surface.vertices[own.vertex_of], axis=1))
 
 
 def _lifted(
