@@ -22,7 +22,7 @@ from flyreg_core.thin_plate_spline import (
 MOST_BYTES = 512 * 2**20
 """A larger kernel between points and landmarks is not kept but computed again whenever it is used."""
 MOST_CHANGED = 100
-"""More landmarks than these differ from the last full solution: a new one is found."""
+"""If more landmarks differ from the last full solution, a new one is found; as many fields are kept."""
 SPARE = 32
 """Places for landmarks to come, so that one more does not move all that is kept."""
 
@@ -97,20 +97,21 @@ class LiveSpline:
         LandmarkError
             As `fit_thin_plate_spline`.
         """
+        demand = self._demand(sources, targets, weights, smoothing)
+        values = self._answer(demand, report)
+        self._last = demand
+        return values
+
+    def _demand(
+        self, sources: Floats, targets: Floats, weights: Floats, smoothing: float
+    ) -> Demand:
         check_landmarks(sources, targets, weights, smoothing)
         if not np.array_equal(sources, self._sources):
             self._sources, self._rows = sources.copy(), self._find_rows(sources)
         rows = self._rows
         at, pull = np.zeros(self._centers.shape), np.zeros(len(self._centers))
         at[rows], pull[rows] = targets, np.where(weights > LEAST_WEIGHT, weights, 0.0)
-        demand = Demand(at, pull, smoothing)
-        values = self._answer(demand, report)
-        self._last = demand
-        return values
-
-    def forget(self) -> None:
-        """Have the next solution found anew, as if there had been none before."""
-        self._held = self._last = self._table = None
+        return Demand(at, pull, smoothing)
 
     def _answer(self, demand: Demand, report: Report) -> Floats:
         held, last = self._held, self._last
@@ -236,6 +237,9 @@ class LiveSpline:
             columns = self._inverse(held)[:, np.searchsorted(held.used, new)]
             count = len(held.used)
             made = self._evaluate(columns[:count], columns[count:], held.used, report)
+            if len(held.fields) + len(new) > MOST_CHANGED:
+                kept = set(touched.tolist())
+                held.fields = {row: own for row, own in held.fields.items() if row in kept}
             held.fields |= dict(zip(new.tolist(), np.ascontiguousarray(made.T), strict=True))
         return [held.fields[row] for row in touched.tolist()]
 

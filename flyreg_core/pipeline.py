@@ -41,7 +41,7 @@ from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.one_thread import on_one_thread
 from flyreg_core.placements import Geometry, Placements, place_all
 from flyreg_core.pose import PoseParameters, find_frame
-from flyreg_core.progress import Report, ignore, within
+from flyreg_core.progress import Report, ignore, in_chunks, within
 from flyreg_core.project import Brain, Project
 from flyreg_core.results import Pair, PreparedBrain, Results, find_warnings
 from flyreg_core.shape_map import ShapeMap, fit_shape_map
@@ -50,6 +50,7 @@ from flyreg_core.smooth import SmoothParameters, smooth
 from flyreg_core.solid import VoxelSolid, close_solid, voxelize
 from flyreg_core.suggestions import suggest_pairs, turned_round
 from flyreg_core.surface_distance import measure_distances
+from flyreg_core.thin_plate_spline import fit_thin_plate_spline
 from flyreg_core.torus import CLOSING, Torus, make_torus
 from flyreg_core.trim import TrimParameters, TrimPlanes, within_solid
 
@@ -250,7 +251,7 @@ class Pipeline:
         """Return where vertices go, found anew where it must be exact, which outlasts the hand."""
         live = self._live(placements.source, report=within(report, 0.84, 0.86))
         weights = tuple(tuple(placements.weights(half).tolist()) for half in HALVES)
-        asked = (live, placements.geometry, weights, smoothing)
+        asked = (placements.source, live, placements.geometry, weights, smoothing)
         is_exact = is_exact or self._spline.knows(*asked, True)
         return self._spline(*asked, is_exact, report=report)
 
@@ -409,6 +410,7 @@ def _live_splines(source: FlatBrain, report: Report) -> Mapping[HalfName, LiveSp
 
 
 def _bend(
+    source: FlatBrain,
     live: Mapping[HalfName, LiveSpline],
     geometry: Geometry,
     weights: tuple[tuple[float, ...], ...],
@@ -420,10 +422,13 @@ def _bend(
     report(0.0, "fitting the spline")
     places = {}
     for half, own in zip(HALVES, weights, strict=True):
+        asked = (geometry.sources[half], geometry.targets[half], np.array(own), smoothing)
         if is_exact:
-            live[half].forget()
-        ends = geometry.sources[half], geometry.targets[half]
-        places[half] = live[half](*ends, np.array(own), smoothing, report)
+            spline = fit_thin_plate_spline(*asked)
+            plane = source.halves[half].plane
+            places[half] = np.asarray(in_chunks(spline, plane, report, "bending the source"))
+        else:
+            places[half] = live[half](*asked, report)
     return _FlatPlaces(places, is_exact)
 
 
