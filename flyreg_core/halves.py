@@ -15,7 +15,7 @@ from flyreg_core.cut import Dissection
 from flyreg_core.flatten import FlattenParameters, Ring, Springs, flatten
 from flyreg_core.frame import DORSO_VENTRAL, LEFT_RIGHT, BrainFrame
 from flyreg_core.landmarks import CurveName, HalfName
-from flyreg_core.mesh import FlatMesh, Floats, Integers, SurfaceMesh
+from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.progress import Report
 from flyreg_core.rectangle import (
     STARTS,
@@ -53,6 +53,13 @@ class FlatHalf:
     def faces(self) -> Integers:
         """(m, 3) faces over the half's own vertices."""
         return self.flat.faces
+
+    @cached_property
+    def is_boundary(self) -> Booleans:
+        """(k,) vertices on the outer boundary or on the hole."""
+        result = np.zeros(len(self.vertex_of), dtype=bool)
+        result[self.outer] = result[self.hole] = True
+        return result
 
     @cached_property
     def net(self) -> Net:

@@ -21,7 +21,7 @@ from flyreg_core.cross_validation import (
 from flyreg_core.errors import LandmarkError
 from flyreg_core.landmarks import HALVES, HalfName
 from flyreg_core.lift import Locators, Registration, WarpedHalf, lift
-from flyreg_core.locate import TriangleGrid, find_triangles, strip_grid
+from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid
 from flyreg_core.mesh import Floats
 from flyreg_core.rectangle import from_plane
 from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline
@@ -95,8 +95,7 @@ def _misses(
     """
     own, other, surface = source.halves[half], target.halves[half], source.dissection.surface
     carried = _lifted(half, source, strip_grid(own.flat), back(other.plane), surface.vertices)
-    inside = np.stack([np.mod(warped.flat.uv[:, 0], 1.0), warped.flat.uv[:, 1]], axis=1)
-    face, barycentric = find_triangles(grid, inside, warped.face)
+    face, barycentric = find_triangles(grid, once_around(warped.flat.uv), warped.face)
     points = np.einsum("ij,ijk->ik", barycentric, carried[other.faces[face]])
     return np.asarray(np.linalg.norm(points - surface.vertices[own.vertex_of], axis=1))
 

@@ -130,16 +130,14 @@ def _lay_half(
         half, {key: perimeter_share(key[0], curve.share) for key, curve in curves.items()}
     )
     hole_share = perimeter_share("hole", curves["hole", None].share[:-1])
-    is_boundary = np.zeros(len(uv), dtype=bool)
     for loop, share, edge in ((own.outer, outer_share, 1.0), (own.hole, hole_share, 0.0)):
         start = own.flat.uv[loop, 0]
         uv[loop, 0] = start + wrapped(u_of_perimeter(half, share) - start)
         uv[loop, 1] = edge
-        is_boundary[loop] = True
     face_areas = SurfaceMesh(
         source.dissection.surface.vertices[own.vertex_of], own.faces
     ).face_areas
-    flat, springs = _without_folds(own, uv, is_sure, is_boundary, face_areas, report)
+    flat, springs = _without_folds(own, uv, is_sure, face_areas, report)
     law = target.halves[half].law
     return replace(
         own, flat=flat, springs=springs, law=law, outer_share=outer_share, hole_share=hole_share
@@ -170,7 +168,6 @@ def _without_folds(
     own: FlatHalf,
     uv: Floats,
     is_sure: Booleans,
-    is_boundary: Booleans,
     face_areas: Floats,
     report: Report,
 ) -> tuple[FlatMesh, Springs]:
@@ -178,9 +175,9 @@ def _without_folds(
     springs = own.springs
     for done in range(MOST_ROUNDS):
         part = within(report, done / MOST_ROUNDS, (done + 1) / MOST_ROUNDS)
-        u, v = solve_means(springs, is_boundary | is_sure, *uv.T)
+        u, v = solve_means(springs, own.is_boundary | is_sure, *uv.T)
         flat = FlatMesh(np.stack([u, v], axis=1), own.faces, own.flat.corner_shifts)
-        mended = unfold(flat, Net(springs, own.faces), is_boundary, part)
+        mended = unfold(flat, Net(springs, own.faces), own.is_boundary, part)
         flat = mended.flat
         if mended.flipped == 0:
             break

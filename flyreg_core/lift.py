@@ -15,7 +15,7 @@ from flyreg_core.caps import Cap, cap_grid, carry_cap, find_caps, lay_cap_flat, 
 from flyreg_core.correspondence import FlatBrain, PlacedLandmark
 from flyreg_core.halves import FlatHalf, along_outer
 from flyreg_core.landmarks import HALVES, HalfName
-from flyreg_core.locate import TriangleGrid, find_triangles, strip_grid, walk
+from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid, walk
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import orientations
 from flyreg_core.progress import Report
@@ -146,7 +146,7 @@ def register(
         report(number / 3, "lifting")
         own, other = source.halves[half], target.halves[half]
         raw = _warp_half(own, other, warped[half], mapped)
-        mended = unfold(raw, own.net, _is_boundary(own), report)
+        mended = unfold(raw, own.net, own.is_boundary, report)
         near = None if last is None else last.halves[half].face
         grid = locators.halves[half]
         table = locators.tables[half]
@@ -193,21 +193,17 @@ def _lift_into(
     Faces are looked for `near` first.
     """
     if near is None:
-        near, _ = find_triangles(grid, _once_around(uv))
+        near, _ = find_triangles(grid, once_around(uv))
     face, barycentric = walk(uv, near, table, grid.neighbours)
     lost = np.flatnonzero(face < 0)
     if len(lost):
-        face[lost], barycentric[lost] = find_triangles(grid, _once_around(uv[lost]))
+        face[lost], barycentric[lost] = find_triangles(grid, once_around(uv[lost]))
         if (face[lost] < 0).any():
             raise ValueError(
                 f"{(face < 0).sum()} flat places lie in no triangle of the {name} half"
             )
     _combine(face, barycentric, table, rows, lifted)
     return face
-
-
-def _once_around(uv: Floats) -> Floats:
-    return np.stack([np.mod(uv[:, 0], 1.0), uv[:, 1]], axis=1)
 
 
 @njit(nogil=True, cache=True)
@@ -250,12 +246,6 @@ def _warp_half(
         uv[loop, 1] = edge
     uv.setflags(write=False)
     return source.flat.moved(uv)
-
-
-def _is_boundary(half: FlatHalf) -> Booleans:
-    is_boundary = np.zeros(len(half.flat.uv), dtype=bool)
-    is_boundary[half.outer] = is_boundary[half.hole] = True
-    return is_boundary
 
 
 def _warped_half(

@@ -68,6 +68,11 @@ def strip_grid(flat: FlatMesh) -> TriangleGrid:
     )
 
 
+def once_around(uv: Floats) -> Floats:
+    """Return (k, 2) places of a strip with 0 <= u < 1, where its grid knows them."""
+    return np.stack([np.mod(uv[:, 0], 1.0), uv[:, 1]], axis=1)
+
+
 def find_neighbours(faces: Integers) -> Integers:
     """Return for (n, 3) faces the face across from each corner, -1 at a boundary."""
     first, second = faces[:, [1, 2, 0]].reshape(-1), faces[:, [2, 0, 1]].reshape(-1)

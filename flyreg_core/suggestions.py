@@ -79,9 +79,7 @@ def _suggest_in(
 def _inner_places(brain: FlatBrain, name: HalfName, count: int) -> Integers:
     """Return vertices spread evenly over a half, none on its boundaries."""
     half = brain.halves[name]
-    is_inner = np.ones(len(half.vertex_of), dtype=bool)
-    is_inner[half.outer] = is_inner[half.hole] = False
-    inner = half.vertex_of[is_inner]
+    inner = half.vertex_of[~half.is_boundary]
     if count == 0:
         return inner[:0]
     return np.asarray(inner[spread_out(brain.dissection.surface.vertices[inner], count)])
