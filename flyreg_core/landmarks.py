@@ -19,6 +19,10 @@ HALVES: tuple[HalfName, HalfName] = ("anterior", "posterior")
 CURVES: tuple[CurveName, ...] = ("upper", "lower", "left", "right", "hole")
 SHARED_CURVES: tuple[CurveName, ...] = ("upper", "lower", "hole")
 """The curves along which the two halves meet; left and right belong to one half each."""
+CORNERS = tuple(
+    f"corner-{curve}-{side}" for curve in ("upper", "lower") for side in ("right", "left")
+)
+"""Ids of the pairs at the corners of the rectangle, which hold it in place when others play solo."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,7 @@ class LandmarkPair:
     target: Place | None
     weight: float = 1.0  # 0: not used
     origin: Literal["boundary", "suggested", "user"] = "user"
+    color: tuple[int, int, int] | None = None  # red, green, blue, 0 to 255; None: that of its kind
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.weight) and self.weight >= 0):
