@@ -224,3 +224,12 @@ def _new_pair(project: Project, spot: Spot) -> LandmarkPair:
     )
     name = f"Landmark {number}"
     return LandmarkPair(f"user-{number}", name, spot.kind, spot.half, None, None)
+
+
+def end_point(pair: LandmarkPair, role: Role, brain: FlatBrain) -> Point | None:
+    """Return where one end of a pair lies in space; None if it is still to be placed."""
+    place: Place | None = pair.source if role == "source" else pair.target
+    if place is None or isinstance(place, tuple):
+        return place
+    x, y, z = brain.curves[pair.kind, pair.half].at(np.array([place]))[0].tolist()  # type: ignore[index]
+    return x, y, z

@@ -8,7 +8,14 @@ from enum import IntEnum
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt, Signal
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QModelIndex,
+    QObject,
+    QPersistentModelIndex,
+    Qt,
+    Signal,
+)
 from PySide6.QtGui import QColor
 
 from flyreg_core.landmarks import LandmarkPair
@@ -145,7 +152,7 @@ class LandmarkTable(QAbstractTableModel):
         changed = [
             number
             for number, (old, new) in enumerate(zip(before, rows, strict=True))
-            if old.pair is not new.pair and old != new or old.is_muted != new.is_muted
+            if (old.pair is not new.pair and old != new) or old.is_muted != new.is_muted
         ]
         if changed:
             last = self.index(changed[-1], len(Column) - 1)
@@ -265,9 +272,7 @@ class LandmarkTable(QAbstractTableModel):
         return -1.0 if number is None else number
 
     def _ink(self, row: Row, column: Column) -> QColor | None:
-        if row.lacking or (
-            column == Column.FORETOLD and row.pair.id in self._judged.suspicious
-        ):
+        if row.lacking or (column == Column.FORETOLD and row.pair.id in self._judged.suspicious):
             return QColor(*current_theme().bad)
         return None if row.is_acting else QColor(*current_theme().faint)
 

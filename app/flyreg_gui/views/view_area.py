@@ -15,7 +15,7 @@ from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.drill_mode import DrillMode
-from flyreg_gui.landmark_mode import LandmarkMode
+from flyreg_gui.landmark_mode import LandmarkMode, end_point
 from flyreg_gui.preparing import ROLES, Remains
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
@@ -26,6 +26,7 @@ from flyreg_gui.tunnels import Tunnels
 from flyreg_gui.views.camera import CameraLink, ViewSpace
 from flyreg_gui.views.canvas import Canvas, FlatCanvas
 from flyreg_gui.views.flat_view import FlatView
+from flyreg_gui.views.landmark_hand import LandmarkHand
 from flyreg_gui.views.layers import Colors
 from flyreg_gui.views.markers import style_markers
 from flyreg_gui.views.origins import key_of, origin_colors
@@ -95,6 +96,10 @@ class ViewArea(QWidget):
         brains: dict[Role, SurfaceView] = {"source": self.source, "target": self.target}
         self.tunnel_views = TunnelViews(session, tunnels, drill, brains)
         self.trim_views = TrimViews(session, trim, brains)
+        self._hands = [
+            LandmarkHand(view.canvas, mode, role, view.landmark_at, view.point_at)
+            for role, view in brains.items()
+        ]
         for view in self.views:
             view.canvas.clicked.connect(partial(self._on_clicked, view))
         session.results_changed.connect(self._on_results)
@@ -281,9 +286,25 @@ class ViewArea(QWidget):
         if not self._trim.is_on:
             self.source.show_landmarks(sources, style)
             self.target.show_landmarks(targets, style)
+            self._show_half_made(results)
         self.registered.show_landmarks(targets, style)
         for view in self.flat_views:
             view.show_landmarks(landmarks, style)
+
+    def _show_half_made(self, results: Results) -> None:
+        """Show the ends of landmarks that are placed on one brain only."""
+        brains: tuple[tuple[Role, SurfaceView, PreparedBrain], ...] = (
+            ("source", self.source, results.source),
+            ("target", self.target, results.target),
+        )
+        for role, view, brain in brains:
+            ends = [
+                (pair, end)
+                for pair in self._mode.unplaced
+                if (end := end_point(pair, role, brain.flat)) is not None
+            ]
+            ids, names = tuple(pair.id for pair, _ in ends), [pair.name for pair, _ in ends]
+            view.show_half_made(points_of([end for _, end in ends]), ids, names)
 
     # Clicks
 
@@ -318,8 +339,9 @@ class ViewArea(QWidget):
         cursor = Qt.CursorShape.CrossCursor if self._mode.is_on else Qt.CursorShape.ArrowCursor
         for view in (self.source, self.target):
             view.canvas.setCursor(cursor)
-        self.source.show_waiting_point(self._mode.waiting.get("source"))
-        self.target.show_waiting_point(self._mode.waiting.get("target"))
+        for hand in self._hands:
+            hand.set_on(self._mode.is_on)
+        self._show_landmarks()
 
 
 def points_of(places: Sequence[ArrayLike]) -> Floats:
