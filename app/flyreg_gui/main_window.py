@@ -234,6 +234,7 @@ class MainWindow(QMainWindow):
         self.neuropils.changed.connect(self._on_neuropils)
         self.neuropils.refused.connect(self.show_problem)
         self.landmarks.look_at_asked.connect(self.view_area.look_at)
+        self.view_area.pointer.moved.connect(self.status.show_place)
         self.start.open_asked.connect(files.open_brains)
         self.start.project_asked.connect(files.open_project)
         self.start.demo_asked.connect(files.open_demo)

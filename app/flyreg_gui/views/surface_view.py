@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
 
-from flyreg_core.mesh import Floats, Integers
+from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_gui.theme import Theme
 from flyreg_gui.views.camera import VIEW_ANGLE, Pose, ViewSpace
 from flyreg_gui.views.canvas import Canvas
 from flyreg_gui.views.layers import LabelLayer, MarkerLayer, SurfaceLayer
 from flyreg_gui.views.markers import MarkerStyle
-from flyreg_gui.views.picking import SurfacePicker, nearest_marker
+from flyreg_gui.views.picking import ClipPlane, PickableSurface, SurfaceHit, nearest_marker
 
 MARKER_RADIUS = 0.011
 """Radius of a landmark of weight 1, as a share of the brain's diagonal."""
@@ -36,7 +36,8 @@ class SurfaceView:
         self._half_made_points = NO_POINTS
         self._labels = LabelLayer(canvas)
         self._half_made_labels = LabelLayer(canvas)
-        self._picker = SurfacePicker(canvas)
+        self._mesh: SurfaceMesh | None = None
+        self._clip: ClipPlane | None = None
         self._points, self._radii = NO_POINTS, np.zeros(0)
         self._ids: tuple[str, ...] = ()
         self._space: ViewSpace | None = None
@@ -58,11 +59,10 @@ class SurfaceView:
             labels.set_style(theme.text, theme.background, scale)
         self.canvas.show_theme(theme)
 
-    def show_surface(
-        self, vertices: Floats, faces: Integers, colors: NDArray[np.uint8], space: ViewSpace
-    ) -> None:
+    def show_surface(self, mesh: SurfaceMesh, colors: NDArray[np.uint8], space: ViewSpace) -> None:
         """Draw the brain; the camera moves only to a brain that was not on show before."""
-        changed = self.surface.show(vertices, faces, colors)
+        self._mesh = mesh
+        changed = self.surface.show(mesh.vertices, mesh.faces, colors)
         if space is not self._space:
             was_home = self._is_home or self._space is None
             pose = self.pose()
@@ -74,9 +74,9 @@ class SurfaceView:
         if changed:
             self.canvas.refresh()
 
-    def show_overlay(self, vertices: Floats, faces: Integers, colors: NDArray[np.uint8]) -> None:
+    def show_overlay(self, mesh: SurfaceMesh, colors: NDArray[np.uint8]) -> None:
         """Draw a second brain over the first, as far as the opacity lets it."""
-        if self.overlay.show(vertices, faces, colors):
+        if self.overlay.show(mesh.vertices, mesh.faces, colors):
             self.overlay.bring_forward(OVERLAY_STEPS)
             self.overlay.set_opacity(self._overlay_opacity)
 
@@ -124,6 +124,7 @@ class SurfaceView:
         """Show nothing."""
         self.surface.hide()
         self.overlay.hide()
+        self._mesh = None
         self._space = None
         self._is_home = True
         self.clear_landmarks()
@@ -145,19 +146,26 @@ class SurfaceView:
 
     def landmark_at(self, position: QPointF) -> str | None:
         """Return the id of the visible landmark at a position in the widget."""
-        actor = self.surface.actor
-        surface = (self._picker, actor) if actor is not None else None
         points = np.concatenate([self._points, self._half_made_points])
         radii = np.concatenate([self._radii, self._half_made_radii()])
-        index = nearest_marker(self.canvas, position, points, radii, surface)
+        index = nearest_marker(self.canvas, position, points, radii, self.pickable_surface)
         return None if index is None else (*self._ids, *self._half_made_ids)[index]
 
     def point_at(self, position: QPointF) -> tuple[float, float, float] | None:
         """Return the point of the surface's front at a position in the widget."""
-        if self.surface.actor is None:
-            return None
-        hit = self._picker.pick(position, self.surface.actor)
+        hit = self.hit_at(position)
         return None if hit is None else hit.point
+
+    def hit_at(self, position: QPointF) -> SurfaceHit | None:
+        """Return the place of the surface's front at a position in the widget."""
+        surface = self.pickable_surface
+        return None if surface is None else surface.pick(position)
+
+    @property
+    def pickable_surface(self) -> PickableSurface | None:
+        """The surface as it is drawn, if one is."""
+        mesh = self._mesh
+        return None if mesh is None else PickableSurface(self.canvas, mesh, self._clip)
 
     # The camera
 

@@ -25,6 +25,7 @@ from flyreg_gui.trim_mode import TrimMode
 from flyreg_gui.tunnels import Tunnels
 from flyreg_gui.views.camera import CameraLink, ViewSpace
 from flyreg_gui.views.canvas import Canvas, FlatCanvas
+from flyreg_gui.views.cursor import Cursor
 from flyreg_gui.views.flat_view import FlatView
 from flyreg_gui.views.landmark_hand import LandmarkHand
 from flyreg_gui.views.layers import Colors
@@ -100,6 +101,7 @@ class ViewArea(QWidget):
             LandmarkHand(view.canvas, mode, role, view.landmark_at, view.point_at)
             for role, view in brains.items()
         ]
+        self.pointer = Cursor(session, self)
         for view in self.views:
             view.canvas.clicked.connect(partial(self._on_clicked, view))
         session.results_changed.connect(self._on_results)
@@ -156,6 +158,7 @@ class ViewArea(QWidget):
             view.show_theme(theme)
         self.tunnel_views.show_theme(theme)
         self.trim_views.show_theme(theme)
+        self.pointer.show_scale()
         self._show_landmarks()
 
     def set_blend(self, blend: float) -> None:
@@ -181,6 +184,10 @@ class ViewArea(QWidget):
         if not self.link.is_on:
             self.target.look_at(identifier)
             self.registered.look_at(identifier)
+
+    def is_on_other_business(self, view: SurfaceView | FlatView) -> bool:
+        """Tell whether a view shows a brain as read, for trimming, and not as prepared."""
+        return self._trim.is_on and view in (self.source, self.target)
 
     def toggle_maximised(self, frame: ViewFrame) -> None:
         """Give the whole area to one view, or share it again."""
@@ -224,11 +231,8 @@ class ViewArea(QWidget):
             brain = remains.brains.get(role)
             frame.set_empty(brain is None)
             if brain is not None:
-                surface = brain.surface
-                space = ViewSpace.of(surface, brain.frame)
-                view.show_surface(
-                    surface.vertices, surface.faces, relief_colors(surface, color), space
-                )
+                space = ViewSpace.of(brain.surface, brain.frame)
+                view.show_surface(brain.surface, relief_colors(brain.surface, color), space)
                 name = short_name(edits.brain_of(session.project, role).input)
                 frame.title.set_detail(f"{name}, as read: not prepared")
 
@@ -257,10 +261,10 @@ class ViewArea(QWidget):
             is_shown = self._by_origin and not (self._trim.is_on and frame in self.frames[:2])
             frame.show_legend(look.key if is_shown else [])
         if not self._trim.is_on:
-            self.source.show_surface(mine.vertices, mine.faces, mine_colors, source.space)
-            self.target.show_surface(other.vertices, other.faces, other_colors, target.space)
-        self.registered.show_surface(moved.vertices, moved.faces, mine_colors, target.space)
-        self.registered.show_overlay(other.vertices, other.faces, other_colors)
+            self.source.show_surface(mine, mine_colors, source.space)
+            self.target.show_surface(other, other_colors, target.space)
+        self.registered.show_surface(moved, mine_colors, target.space)
+        self.registered.show_overlay(other, other_colors)
         for view in self.flat_views:
             view.show(results, mine_colors, other_colors)
         inputs = (results.project.source.input, results.project.target.input)
