@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -58,6 +59,40 @@ class LandmarkPair:
     def is_placed(self) -> bool:
         """Tell whether both ends are known."""
         return self.source is not None and self.target is not None
+
+
+LEAST_GAP = 1e-3
+"""Landmarks of one curve stay so far apart, as a share of it."""
+
+
+def kept_in_order(share: float, pair: LandmarkPair, others: Iterable[LandmarkPair]) -> float:
+    """Return the target share of a pair on a curve nearest to `share` that passes no neighbour.
+
+    Others on the same curve follow each other on the target as they do on the source, so that
+    the curve is not turned round anywhere.
+    """
+    start, end = pair.source, pair.target
+    if not (isinstance(start, float) and isinstance(end, float)):
+        return share
+    ways = [
+        (other.source - start, other.target - end)
+        for other in others
+        if (other.kind, other.half) == (pair.kind, pair.half)
+        and other.id != pair.id
+        and isinstance(other.source, float)
+        and isinstance(other.target, float)
+    ]
+    if pair.kind == "hole":  # closed: the next one is a neighbour either way
+        ways = [(ahead % 1.0, gap % 1.0) for ahead, gap in ways]
+        ways += [(ahead - 1.0, gap - 1.0) for ahead, gap in ways]
+        way = (share - end + 0.5) % 1.0 - 0.5
+    else:
+        ways += [(-2.0, -end - LEAST_GAP), (2.0, 1.0 - end + LEAST_GAP)]
+        way = share - end
+    _, after = min(((ahead, gap) for ahead, gap in ways if ahead > 0), default=(1.0, 1.0))
+    _, before = max(((ahead, gap) for ahead, gap in ways if ahead < 0), default=(-1.0, -1.0))
+    moved = end + min(max(way, before + LEAST_GAP), after - LEAST_GAP)
+    return moved % 1.0 if pair.kind == "hole" else moved
 
 
 @dataclass(frozen=True)

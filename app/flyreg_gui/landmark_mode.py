@@ -11,7 +11,16 @@ from PySide6.QtCore import QObject, Signal
 from flyreg_core import edits
 from flyreg_core.boundary import curve_key
 from flyreg_core.correspondence import FlatBrain
-from flyreg_core.landmarks import HALVES, CurveName, HalfName, Kind, LandmarkPair, Place
+from flyreg_core.landmarks import (
+    CORNERS,
+    HALVES,
+    CurveName,
+    HalfName,
+    Kind,
+    LandmarkPair,
+    Place,
+    kept_in_order,
+)
 from flyreg_core.project import Project, Role
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
@@ -146,34 +155,50 @@ class LandmarkMode(QObject):
 
     def grab(self, identifier: str, role: Role) -> bool:
         """Take hold of one end of a landmark; tell whether it can be moved."""
-        project, results = self._session.project, self._session.results
-        if not self.is_on or project is None or results is None:
+        pair = self._pair(identifier)
+        if not self.is_on or pair is None or identifier in CORNERS:
             return False
-        mark = next((mark for mark in results.landmarks if mark.pair.id == identifier), None)
-        is_own = any(pair.id == identifier for pair in project.pairs)
-        if not is_own and (mark is None or (mark.pair.origin == "boundary" and role == "source")):
+        if pair.origin == "boundary" and role == "source":
             return False
         self._session.begin_gesture()
-        if mark is not None and mark.pair.origin == "suggested":
-            accepted = edits.accept_suggestions(project, [mark.pair])
-            self._session.edit(f"accept {mark.pair.name}", accepted)
-            identifier = accepted.pairs[-1].id
         self._grabbed = (identifier, role)
-        self._selection.select([identifier])
         return True
 
     def drag(self, point: Point) -> None:
-        """Move the end that was grabbed to the place of its surface, or curve, nearest to a point."""
+        """Move the end that was grabbed to the place of its surface, or curve, nearest to a point.
+
+        A suggestion that is moved becomes the user's own.
+        """
         project, results = self._session.project, self._session.results
         if self._grabbed is None or project is None or results is None:
             return
         identifier, role = self._grabbed
+        pair = self._pair(identifier)
+        if pair is None:
+            return
+        if pair.origin == "suggested":
+            project = edits.accept_suggestions(project, [pair])
+            pair = project.pairs[-1]
+            self._grabbed = (pair.id, role)
         brain = results.source if role == "source" else results.target
-        own = next((pair for pair in project.pairs if pair.id == identifier), None)
-        pair = own or next(mark.pair for mark in results.landmarks if mark.pair.id == identifier)
-        spot = Spot.at(point, brain.flat, pair.kind, pair.half)
-        moved = edits.place_pair(project, identifier, role, spot.place)
+        place = Spot.at(point, brain.flat, pair.kind, pair.half).place
+        if isinstance(place, float) and role == "target":
+            place = kept_in_order(place, pair, [mark.pair for mark in results.landmarks])
+        moved = edits.place_pair(project, pair.id, role, place)
         self._session.edit(f"move {pair.name} on the {role}", moved)
+        self._selection.select([pair.id])
+
+    def _pair(self, identifier: str) -> LandmarkPair | None:
+        """Return the pair with an id as the project has it now, or else as it was made."""
+        project, results = self._session.project, self._session.results
+        own = () if project is None else project.pairs
+        made = () if results is None else tuple(mark.pair for mark in results.landmarks)
+        return next((pair for pair in (*own, *made) if pair.id == identifier), None)
+
+    def is_own(self, identifier: str) -> bool:
+        """Tell whether a landmark is the user's own."""
+        pair = self._pair(identifier)
+        return pair is not None and pair.origin == "user"
 
     def let_go(self) -> None:
         """End a drag."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QPointF
+from PySide6.QtCore import QPointF, Qt
 
 from flyreg_core.project import Role
 from flyreg_gui.landmark_mode import LandmarkMode, Point
-from flyreg_gui.views.canvas import Canvas
+from flyreg_gui.views.canvas import CLICK_RADIUS, Canvas
 
 Finds = Callable[[QPointF], str | None]
 Points = Callable[[QPointF], Point | None]
@@ -22,6 +22,7 @@ class LandmarkHand:
     ) -> None:
         self.canvas, self._mode, self._role = canvas, mode, role
         self._landmark_at, self._point_at = landmark_at, point_at
+        self._pressed, self._is_drag = QPointF(), False
 
     def set_on(self, on: bool) -> None:
         """Take hold of the button, or leave it to whoever has it."""
@@ -33,17 +34,24 @@ class LandmarkHand:
     def press(self, position: QPointF) -> bool:
         """Take hold of the landmark at a position; tell whether there is one that moves."""
         identifier = self._landmark_at(position)
-        return identifier is not None and self._mode.grab(identifier, self._role)
+        if identifier is None or not self._mode.grab(identifier, self._role):
+            return False
+        self._pressed, self._is_drag = position, False
+        return True
 
     def move(self, position: QPointF) -> None:
         """Move the landmark to what is under the mouse; beside the brain it stays."""
-        point = self._point_at(position)
+        away = position - self._pressed
+        self._is_drag = self._is_drag or max(abs(away.x()), abs(away.y())) > CLICK_RADIUS
+        point = self._point_at(position) if self._is_drag else None
         if point is not None:
             self._mode.drag(point)
 
     def release(self) -> None:
-        """Leave the landmark where it is."""
+        """Leave the landmark where it is; a press that moved nothing was a click."""
         self._mode.let_go()
+        if not self._is_drag:
+            self.canvas.clicked.emit(self._pressed, Qt.KeyboardModifier.NoModifier)
 
     def double_click(self, position: QPointF) -> bool:
         """Leave double clicks to others."""

@@ -15,7 +15,7 @@ from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.drill_mode import DrillMode
-from flyreg_gui.landmark_mode import LandmarkMode, end_point
+from flyreg_gui.landmark_mode import LandmarkMode, Point, end_point
 from flyreg_gui.preparing import ROLES, Remains
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
@@ -97,11 +97,17 @@ class ViewArea(QWidget):
         brains: dict[Role, SurfaceView] = {"source": self.source, "target": self.target}
         self.tunnel_views = TunnelViews(session, tunnels, drill, brains)
         self.trim_views = TrimViews(session, trim, brains)
-        self._hands = [
-            LandmarkHand(view.canvas, mode, role, view.landmark_at, view.point_at)
-            for role, view in brains.items()
-        ]
         self.pointer = Cursor(session, self)
+        self._hands = [
+            LandmarkHand(
+                view.canvas,
+                mode,
+                "source" if view is self.source else "target",
+                view.landmark_at,
+                partial(self._point_at, view, "source" if view is self.source else "target"),
+            )
+            for view in self.views
+        ]
         for view in self.views:
             view.canvas.clicked.connect(partial(self._on_clicked, view))
         session.results_changed.connect(self._on_results)
@@ -320,12 +326,13 @@ class ViewArea(QWidget):
             return
         if role is not None and self.tunnel_views.click(role, position):
             return
-        if self._mode.is_on and role is not None and isinstance(view, SurfaceView):
-            point = view.point_at(position)
+        identifier = view.landmark_at(position)
+        if self._mode.is_on and not (identifier and self._mode.is_own(identifier)):
+            role = role or self._role_to_place(view)
+            point = self._point_at(view, role, position)
             if point is not None:
                 self._mode.place(role, point)
             return
-        identifier = view.landmark_at(position)
         if identifier is None:
             if not modifiers & CONTROL:
                 self._selection.clear()
@@ -334,6 +341,29 @@ class ViewArea(QWidget):
         else:
             self._selection.select([identifier])
 
+    def _point_at(
+        self, view: SurfaceView | FlatView, role: Role, position: QPointF
+    ) -> Point | None:
+        """Return the point of a brain that appears at a position of any view."""
+        results, place = self._session.results, self.pointer.at(view, position)
+        if results is None or place is None:
+            return None
+        if role == "source":
+            x, y, z = place.source.on(results.source.surface).tolist()
+        else:
+            x, y, z = place.target.on(results.target.surface).tolist()
+        return x, y, z
+
+    def _role_to_place(self, view: SurfaceView | FlatView) -> Role:
+        """Return the brain that a click means where both are on show.
+
+        Where the registered brain lies on the target that is the target; laid flat, a new landmark
+        begins with the place of the source that is drawn there and ends with the target's.
+        """
+        current = self._mode.current
+        is_begun = current is not None and current.source is not None
+        return "target" if view is self.registered or is_begun else "source"
+
     def _role_of(self, view: SurfaceView | FlatView) -> Role | None:
         if view is self.source:
             return "source"
@@ -341,7 +371,7 @@ class ViewArea(QWidget):
 
     def _on_mode(self) -> None:
         cursor = Qt.CursorShape.CrossCursor if self._mode.is_on else Qt.CursorShape.ArrowCursor
-        for view in (self.source, self.target):
+        for view in self.views:
             view.canvas.setCursor(cursor)
         for hand in self._hands:
             hand.set_on(self._mode.is_on)
