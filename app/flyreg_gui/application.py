@@ -51,6 +51,7 @@ def run(request: Request) -> int:
         if request.screenshot is not None:
             return Photographer(window, request.screenshot).run(application)
         window.show()
+        window.recovery.look()
         return application.exec()
     finally:
         sys.excepthook = previous_hook

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QSlider,
     QStackedWidget,
     QToolBar,
+    QUndoView,
     QVBoxLayout,
     QWidget,
 )
@@ -26,6 +27,7 @@ from flyreg_core.pipeline import Pipeline
 from flyreg_core.project import Project
 from flyreg_core.results import Results
 from flyreg_gui.actions import enable_actions, fill_menu, make_actions
+from flyreg_gui.autosave import Autosave
 from flyreg_gui.dialogs import HelpWindow
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.files import FileCommands
@@ -33,13 +35,14 @@ from flyreg_gui.landmark_mode import LandmarkMode
 from flyreg_gui.modes import Mode, Modes
 from flyreg_gui.panels.banner import Banner
 from flyreg_gui.panels.landmarks import LandmarksPanel
+from flyreg_gui.panels.recovery import RecoveryBar
 from flyreg_gui.panels.start import StartPage
 from flyreg_gui.panels.steps import StepsPanel
 from flyreg_gui.preferences import Preferences
 from flyreg_gui.preparing import PreparingPipeline
 from flyreg_gui.runner import Runner
 from flyreg_gui.selection import Selection
-from flyreg_gui.session import Session
+from flyreg_gui.session import Session, with_view
 from flyreg_gui.status import StatusBar
 from flyreg_gui.theme import Theme, current_theme
 from flyreg_gui.trim_mode import TrimMode
@@ -69,6 +72,8 @@ class MainWindow(QMainWindow):
         self.drill = DrillMode(self.session, self)
         self.trim = TrimMode(self.session, self)
         self.files = FileCommands(self)
+        self.autosave = Autosave(self.session, lambda p: with_view(p, self.view_state()), self)
+        self.recovery = RecoveryBar(self)
         self.view_area = ViewArea(
             self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim
         )
@@ -109,6 +114,7 @@ class MainWindow(QMainWindow):
         layout = QVBoxLayout(center)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
+        layout.addWidget(self.recovery)
         layout.addWidget(self.banner)
         layout.addWidget(self._stack, 1)
         center.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
@@ -118,16 +124,22 @@ class MainWindow(QMainWindow):
 
     def _make_docks(self) -> None:
         self._docks = []
+        self.history = QUndoView(self.session.undo_stack)
+        self.history.setEmptyLabel("As opened")
+        self.history.setAccessibleName("History of changes")
+        self.history.setToolTip("Click a state to go back or forth to it")
         for title, widget, area in (
             ("Steps", self.steps, Qt.DockWidgetArea.LeftDockWidgetArea),
             ("Landmarks", self.landmarks, Qt.DockWidgetArea.RightDockWidgetArea),
+            ("History", self.history, Qt.DockWidgetArea.LeftDockWidgetArea),
         ):
             dock = QDockWidget(title, self)
             dock.setObjectName(title)
             dock.setWidget(widget)
             self.addDockWidget(area, dock)
             self._docks.append(dock)
-        self.resizeDocks(self._docks, [290, 390], Qt.Orientation.Horizontal)
+        self._docks[-1].hide()
+        self.resizeDocks(self._docks[:2], [290, 390], Qt.Orientation.Horizontal)
 
     def _make_menus(self) -> None:
         menus: dict[str, QMenu] = {}
@@ -192,6 +204,7 @@ class MainWindow(QMainWindow):
         self.tunnels.changed.connect(self._on_tunnels)
         self.banner.asked.connect(self._on_help_asked)
         self.steps.tunnels.drill_asked.connect(self.actions_by_name["drill"].toggle)
+        self.autosave.failed.connect(self.show_problem)
         self.blend.valueChanged.connect(self._on_blend)
         self.blend.setValue(BLEND_AT_FIRST)
         self.steps.open_asked.connect(files.open_brains)
@@ -357,6 +370,7 @@ class MainWindow(QMainWindow):
             self._theme = theme
             self.view_area.show_theme(theme)
             self.banner.show_theme(theme)
+            self.recovery.show_theme(theme)
             self.steps.show_theme(theme)
 
     def event(self, event: QEvent) -> bool:
@@ -383,6 +397,8 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.preferences.save_window(self.saveGeometry(), self.saveState())
+        self.recovery.release()
+        self.autosave.close()
         self.runner.close()
         self.view_area.close_canvases()
         event.accept()

@@ -78,6 +78,7 @@ class Session(QObject):
         self._first = 0  # runs with smaller numbers belong to a project that is closed
         self._shown = 0  # the run whose results are on show
         self._awaited = 0  # the newest run, until it ended one way or another
+        self._is_recovered = False  # the project was opened with changes that are in no file of it
         runner.finished.connect(self._on_finished)
         runner.failed.connect(self._on_failed)
         runner.stopped.connect(self._on_stopped)
@@ -86,10 +87,18 @@ class Session(QObject):
 
     # What is asked of the session
 
-    def open(self, project: Project, path: Path | None = None) -> None:
-        """Replace the project by another one; that cannot be undone."""
+    def open(
+        self, project: Project, path: Path | None = None, *, is_recovered: bool = False
+    ) -> None:
+        """Replace the project by another one; that cannot be undone.
+
+        One that is recovered has changes that its file lacks.
+        """
         self._gesture = NO_GESTURE
         self.undo_stack.clear()
+        self._is_recovered = is_recovered
+        if is_recovered:
+            self.undo_stack.resetClean()
         self.path, self.results, self.seconds = path, None, None
         self._first = self._submit(project)
         self._set_remains(None)
@@ -127,6 +136,7 @@ class Session(QObject):
     def mark_saved(self, path: Path) -> None:
         """Remember that the project is in this file as it is now."""
         self.path = path
+        self._is_recovered = False
         self.undo_stack.setClean()
         self.state_changed.emit()
 
@@ -167,6 +177,9 @@ class Session(QObject):
         stack = self.undo_stack
         if self.project is None or stack.isClean():
             return []
+        if self._is_recovered:
+            texts = [stack.text(i) for i in range(stack.index())]
+            return ["changes recovered", *dict.fromkeys(texts)]
         if stack.cleanIndex() < 0 or stack.cleanIndex() > stack.index():
             return ["changes taken back by undo"]
         texts = [stack.text(i) for i in range(stack.cleanIndex(), stack.index())]

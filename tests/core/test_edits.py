@@ -33,6 +33,7 @@ EDITS = st.one_of(
     st.tuples(st.just(edits.set_smoothing), FREE),
     st.tuples(st.just(edits.add_pair), NEW),
     st.tuples(st.just(edits.remove_pairs), SOME),
+    st.tuples(st.just(edits.accept_suggestions), NEW.map(lambda pair: [pair])),
     st.tuples(st.just(edits.rename_pair), OWN, st.text()),
     st.tuples(st.just(edits.place_pair), st.just("lower-01"), st.just("target"), st.floats(-1, 2)),
     st.tuples(st.just(edits.place_pair), st.just("u2"), st.sampled_from(ROLES), st.floats(0, 1)),
