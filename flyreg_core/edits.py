@@ -10,7 +10,7 @@ from flyreg_core.errors import LandmarkError
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.handles import Handle, HandleParameters, Point
 from flyreg_core.landmarks import LandmarkPair, Place
-from flyreg_core.project import Brain, Project
+from flyreg_core.project import Brain, Project, Snapshot
 from flyreg_core.trim import TrimParameters
 
 PASSES_OF_THE_PAPER = 500
@@ -98,6 +98,32 @@ def place_pair(project: Project, identifier: str, role: Role, place: Place) -> P
             "a boundary landmark moves only along its curve, and only on the target"
         )
     return replace(project, moved={**project.moved, identifier: min(max(place, 0.0), 1.0)})
+
+
+def keep_snapshot(project: Project, name: str) -> Project:
+    """Remember the weights and the smoothing of now under a name."""
+    own = {pair.id: pair.weight for pair in project.pairs}
+    kept = Snapshot(project.weights, own, project.smoothing)
+    return replace(project, snapshots={**project.snapshots, name: kept})
+
+
+def take_snapshot(project: Project, name: str) -> Project:
+    """Go back to the weights and the smoothing of a snapshot.
+
+    The user's own pairs that came since keep their weight.
+
+    Raises
+    ------
+    LandmarkError
+        There is no snapshot of that name.
+    """
+    kept = project.snapshots.get(name)
+    if kept is None:
+        raise LandmarkError(f"nothing is kept as {name} yet; keep the weights as {name} first")
+    pairs = tuple(
+        replace(pair, weight=kept.pair_weights.get(pair.id, pair.weight)) for pair in project.pairs
+    )
+    return replace(project, pairs=pairs, weights=kept.weights, smoothing=kept.smoothing)
 
 
 def set_brain(project: Project, role: Role, brain: Brain) -> Project:

@@ -26,7 +26,7 @@ class ActionSpec:
     do: Callable[[MainWindow], object] | Callable[[MainWindow, bool], object]
     tip: str = ""
     is_on: bool | None = None  # None: not a switch
-    needs: str = ""  # "project", "brains", "results" or "current": greyed out without
+    needs: str = ""  # "project", "brains", "results", "current", "snapshots": : greyed out without
 
 
 SPECS = (
@@ -78,6 +78,22 @@ SPECS = (
         "Removes landmarks of your own; sets those on the boundary to weight 0",
         needs="results",
     ),
+    *(
+        ActionSpec(
+            f"{verb}_{name}",
+            "Edit",
+            text.format(name),
+            (f"Ctrl+{modifier}+{name}",),
+            lambda w, verb=verb, name=name: getattr(w.blink, verb)(name),
+            tip.format(name),
+            needs=needs.format(name),
+        )
+        for verb, text, modifier, tip, needs in (
+            ("keep", "Keep as {}", "Shift", "Remember weights and λ as {}", "results"),
+            ("take", "Take {}", "Alt", "Go back to the weights and λ of {}", "snapshot {}"),
+        )
+        for name in ("A", "B")
+    ),
     ActionSpec(
         "landmark_mode",
         "Edit",
@@ -127,6 +143,16 @@ SPECS = (
         "Show in colours what was filled, drilled, trimmed or bridged (O)",
         is_on=False,
         needs="results",
+    ),
+    ActionSpec(
+        "blink",
+        "View",
+        "&Blink A / B",
+        ("B",),
+        lambda w, on: w.blink.set_on(on),
+        "Show the registration with the weights and λ of A and of B in turn (B)",
+        is_on=False,
+        needs="snapshots",
     ),
     ActionSpec(
         "link",

@@ -28,6 +28,7 @@ from flyreg_core.project import Project
 from flyreg_core.results import Results
 from flyreg_gui.actions import enable_actions, fill_menu, make_actions
 from flyreg_gui.autosave import Autosave
+from flyreg_gui.blink import NAMES, Blink
 from flyreg_gui.dialogs import HelpWindow
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.files import FileCommands
@@ -74,6 +75,7 @@ class MainWindow(QMainWindow):
         self.files = FileCommands(self)
         self.autosave = Autosave(self.session, lambda p: with_view(p, self.view_state()), self)
         self.recovery = RecoveryBar(self)
+        self.blink = Blink(self.session, self.say, self)
         self.view_area = ViewArea(
             self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim
         )
@@ -155,8 +157,8 @@ class MainWindow(QMainWindow):
         menus["Edit"].addSeparator()
         actions = self.actions_by_name
         fill_menu(menus["File"], actions, ("save", "export", "quit"))
-        fill_menu(menus["Edit"], actions, ("landmark_mode",))
-        fill_menu(menus["View"], actions, ("link",))
+        fill_menu(menus["Edit"], actions, ("keep_A", "landmark_mode"))
+        fill_menu(menus["View"], actions, ("blink", "link"))
         fill_menu(menus["Help"], actions)
         menus["View"].addSeparator()
         for dock in self._docks:
@@ -205,6 +207,10 @@ class MainWindow(QMainWindow):
         self.banner.asked.connect(self._on_help_asked)
         self.steps.tunnels.drill_asked.connect(self.actions_by_name["drill"].toggle)
         self.autosave.failed.connect(self.show_problem)
+        self.blink.refused.connect(self.show_problem)
+        self.blink.changed.connect(
+            lambda: self.actions_by_name["blink"].setChecked(self.blink.is_on)
+        )
         self.blend.valueChanged.connect(self._on_blend)
         self.blend.setValue(BLEND_AT_FIRST)
         self.steps.open_asked.connect(files.open_brains)
@@ -239,7 +245,9 @@ class MainWindow(QMainWindow):
 
     def escape(self) -> None:
         """Abandon what is half made, or else select nothing."""
-        if not self.modes.abandon():
+        if self.blink.is_on:
+            self.blink.set_on(False)
+        elif not self.modes.abandon():
             self.selection.clear()
             self.tunnels.choose(None)
 
@@ -341,6 +349,10 @@ class MainWindow(QMainWindow):
             met.add("results")
         if session.is_up_to_date:
             met.add("current")
+        kept = session.project.snapshots if session.project is not None else {}
+        met |= {f"snapshot {name}" for name in kept}
+        if session.results is not None and all(name in kept for name in NAMES):
+            met.add("snapshots")
         enable_actions(self.actions_by_name, met)
         self._show_title()
         if session.failure is not self._shown_failure:

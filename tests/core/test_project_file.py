@@ -14,8 +14,8 @@ from flyreg_core.cut_height import CutParameters
 from flyreg_core.errors import InputError, LandmarkError, ProjectError
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.landmarks import LandmarkPair, LandmarkParameters
-from flyreg_core.project import Brain, BrainInput, Project
-from flyreg_core.project_file import load_project, save_project
+from flyreg_core.project import Brain, BrainInput, Project, Snapshot
+from flyreg_core.project_file import load_project, read_notes, save_project
 from flyreg_core.simplify import SimplifyParameters
 from flyreg_core.smooth import SmoothParameters
 from flyreg_core.solid import SolidParameters
@@ -30,6 +30,7 @@ PROJECT = Project(
     pairs=(PAIR,),
     weights={"upper-1": 0.25},
     moved={"upper-2": 0.75},
+    snapshots={"A": Snapshot({"upper-1": 2.0}, {"user-a": 0.5}, 0.1)},
     view={"camera": (1.5, 0, -2), "shown": True, "theme": None, "panes": {"left": "source"}},
 )
 
@@ -85,6 +86,8 @@ def projects():
     free = st.recursive(
         plain, lambda inner: st.lists(inner).map(tuple) | st.dictionaries(st.text(), inner)
     )
+    weights = st.dictionaries(st.text(), finite(0))
+    snapshots = st.builds(Snapshot, weights, weights, finite(0))
     return st.builds(
         Project,
         brains(),
@@ -95,6 +98,7 @@ def projects():
         st.dictionaries(st.text(), finite(0, 1)),
         finite(0),
         st.dictionaries(st.text(), free),
+        st.dictionaries(st.text(), snapshots),
     )
 
 
@@ -144,7 +148,7 @@ def test_a_file_name_that_is_no_text_round_trips(tmp_path):
 def test_the_file_says_its_format_and_program(tmp_path):
     content = json.loads(saved(tmp_path / "a.flyreg").read_text(encoding="utf-8"))
     assert content["flyreg"].keys() == {"format", "program"}
-    assert content["flyreg"]["format"] == 3
+    assert content["flyreg"]["format"] == 4
 
 
 def test_entries_that_are_missing_have_their_defaults(tmp_path):
@@ -204,8 +208,8 @@ def test_a_missing_brain_keeps_its_place(tmp_path):
 
 
 def test_a_newer_format_asks_for_an_update(tmp_path):
-    with pytest.raises(ProjectError, match=r"from a newer flyreg \(.*, format 4\).* update flyreg"):
-        load_project(changed(tmp_path / "a.flyreg", ["flyreg", "format"], 4))
+    with pytest.raises(ProjectError, match=r"from a newer flyreg \(.*, format 5\).* update flyreg"):
+        load_project(changed(tmp_path / "a.flyreg", ["flyreg", "format"], 5))
 
 
 def test_a_brain_of_format_1_is_a_surface(tmp_path):
@@ -225,6 +229,28 @@ def test_a_voxel_has_a_size(tmp_path, size):
         load_project(changed(tmp_path / "a.flyreg", place, size))
 
 
+def test_a_project_of_format_3_has_no_snapshots(tmp_path):
+    path = changed(tmp_path / "a.flyreg", ["flyreg", "format"], 3)
+    content = json.loads(path.read_text(encoding="utf-8"))
+    del content["project"]["snapshots"]
+    path.write_text(json.dumps(content), encoding="utf-8")
+    assert load_project(path) == replace(PROJECT, snapshots={})
+
+
+def test_a_snapshot_with_an_impossible_weight_is_refused(tmp_path):
+    place = ["project", "snapshots", "A", "weights", "upper-1"]
+    with pytest.raises(LandmarkError, match="the weight of landmark upper-1 must be 0 or"):
+        load_project(changed(tmp_path / "a.flyreg", place, -1.0))
+
+
+def test_notes_are_kept_beside_the_project(tmp_path):
+    path = tmp_path / "a.flyreg"
+    save_project(PROJECT, path, {"path": None, "time": "now"})
+    assert load_project(path) == PROJECT
+    assert read_notes(path) == {"path": None, "time": "now"}
+    assert read_notes(saved(path)) == {}
+
+
 def test_an_older_format_is_upgraded_step_by_step(tmp_path, monkeypatch):
     def rename(content):
         project = dict(content["project"])
@@ -235,8 +261,8 @@ def test_an_older_format_is_upgraded_step_by_step(tmp_path, monkeypatch):
     content = json.loads(path.read_text())
     del content["project"]["smoothing"]
     path.write_text(json.dumps(content))
-    monkeypatch.setattr(project_file, "UPGRADES", {3: rename, 4: dict})
-    monkeypatch.setattr(project_file, "FORMAT", 5)
+    monkeypatch.setattr(project_file, "UPGRADES", {4: rename, 5: dict})
+    monkeypatch.setattr(project_file, "FORMAT", 6)
     assert load_project(path) == replace(PROJECT, smoothing=0.5)
 
 
