@@ -60,8 +60,17 @@ from flyreg_gui.views.view_area import ViewArea
 BLEND_AT_FIRST = 20
 """How much of the target shows through, in per cent."""
 
-SHORT_TEXTS = {"trim": "Trim and cut", "tunnels": "Tunnels", "undo": "Undo", "redo": "Redo"}
-"""Where the text in a menu is too long for a button, or changes."""
+SHORT_TEXTS = {
+    "trim": "Trim and cut",
+    "tunnels": "Tunnels",
+    "undo": "Undo",
+    "redo": "Redo",
+    "screenshot": "Picture of the window",
+    "picture_of_views": "Picture of all views",
+    "picture_of_view": "Picture of the current view",
+    "turn": "Turning picture",
+}
+"""What actions are called outside their menu, where the text there is too long, short, or changes."""
 
 SHOW_TUNNELS = "Show the tunnels"
 

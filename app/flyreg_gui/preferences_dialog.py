@@ -74,7 +74,7 @@ class PreferencesDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addWidget(tabs)
         layout.addWidget(buttons)
-        self.resize(620, 640)
+        self.resize(620, 520)
 
     def _show(self) -> None:
         preferences = self._window.preferences
