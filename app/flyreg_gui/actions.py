@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu
 
+from flyreg_gui.help_window import MOUSE_AND_KEYS
+
 if TYPE_CHECKING:
     from flyreg_gui.main_window import MainWindow
 
@@ -26,12 +28,20 @@ class ActionSpec:
     do: Callable[[MainWindow], object] | Callable[[MainWindow, bool], object]
     tip: str = ""
     is_on: bool | None = None  # None: not a switch
-    needs: str = ""  # "project", "brains", "results" or "current": greyed out without
+    needs: str = ""  # "project", "brains", "results", "current", "snapshots": : greyed out without
 
 
 SPECS = (
     ActionSpec(
         "open_brains", "File", "Open &brains…", ("Ctrl+N",), lambda w: w.files.open_brains()
+    ),
+    ActionSpec(
+        "templates",
+        "File",
+        "Open &templates…",
+        ("Ctrl+Shift+N",),
+        lambda w: w.files.open_templates(),
+        "Choose among the template brains of flybrains by their pictures",
     ),
     ActionSpec(
         "open_project", "File", "&Open project…", ("Ctrl+O",), lambda w: w.files.open_project()
@@ -57,7 +67,46 @@ SPECS = (
         needs="current",
     ),
     ActionSpec(
-        "screenshot", "File", "Save a &picture…", ("Alt+S",), lambda w: w.files.save_picture()
+        "import_landmarks",
+        "File",
+        "&Import landmarks…",
+        ("Ctrl+I",),
+        lambda w: w.files.import_landmarks(),
+        "Add the landmark pairs of a BigWarp, Slicer, OpenSim Creator or flybrains file",
+        needs="project",
+    ),
+    ActionSpec(
+        "screenshot",
+        "Pictures",
+        "Of the &window…",
+        ("Alt+S",),
+        lambda w: w.pictures.save_window(),
+    ),
+    ActionSpec(
+        "picture_of_views",
+        "Pictures",
+        "Of &all views…",
+        (),
+        lambda w: w.pictures.save_all_views(),
+        needs="results",
+    ),
+    ActionSpec(
+        "picture_of_view",
+        "Pictures",
+        "Of the &current view…",
+        ("Alt+Shift+S",),
+        lambda w: w.pictures.save_view(),
+        "The view that was clicked last",
+        needs="results",
+    ),
+    ActionSpec(
+        "turn",
+        "Pictures",
+        "&Turning once…",
+        (),
+        lambda w: w.pictures.save_turn(),
+        "An animated GIF, or a folder of pictures",
+        needs="results",
     ),
     ActionSpec("quit", "File", "&Quit", ("Ctrl+Q",), lambda w: w.close()),
     ActionSpec(
@@ -78,13 +127,29 @@ SPECS = (
         "Removes landmarks of your own; sets those on the boundary to weight 0",
         needs="results",
     ),
+    *(
+        ActionSpec(
+            f"{verb}_{name}",
+            "Edit",
+            text.format(name),
+            (f"Ctrl+{modifier}+{name}",),
+            lambda w, verb=verb, name=name: getattr(w.blink, verb)(name),
+            tip.format(name),
+            needs=needs.format(name),
+        )
+        for verb, text, modifier, tip, needs in (
+            ("keep", "Keep as {}", "Shift", "Remember weights and λ as {}", "results"),
+            ("take", "Take {}", "Alt", "Go back to the weights and λ of {}", "snapshot {}"),
+        )
+        for name in ("A", "B")
+    ),
     ActionSpec(
         "landmark_mode",
         "Landmarks",
         "&Landmark mode",
         ("Space",),
         lambda w, on: w.mode.set_on(on),
-        "Click a place on the source and the same place on the target to make a landmark (Space)",
+        "Click a place on the source and the same place on the target to make a landmark",
         is_on=False,
         needs="results",
     ),
@@ -184,7 +249,7 @@ SPECS = (
         "&Drill a channel",
         ("D",),
         lambda w, on: w.drill.set_on(on),
-        "Click where the oesophagus opens at the front of a brain, then at its back (D)",
+        "Click where the oesophagus opens at the front of a brain, then at its back",
         is_on=False,
         needs="brains",
     ),
@@ -194,9 +259,34 @@ SPECS = (
         "Adjust &trimming and cut",
         ("P",),
         lambda w, on: w.trim.set_on(on),
-        "Drag the planes that cut the optic lobes off, and the cut between the halves (P)",
+        "Drag the planes that cut the optic lobes off, and the cut between the halves",
         is_on=False,
         needs="brains",
+    ),
+    ActionSpec(
+        "copy_command",
+        "Edit",
+        "Copy as &command line",
+        ("Ctrl+Shift+C",),
+        lambda w: w.files.copy_command(),
+        "The flyreg command that repeats this registration; saves the project first",
+        needs="project",
+    ),
+    ActionSpec(
+        "copy_python",
+        "Edit",
+        "Copy as P&ython",
+        ("Ctrl+Alt+C",),
+        lambda w: w.files.copy_python(),
+        "A program that repeats this registration, to the last digit",
+        needs="project",
+    ),
+    ActionSpec(
+        "preferences",
+        "Edit",
+        "Pre&ferences…",
+        ("Ctrl+,",),
+        lambda w: w.show_preferences(),
     ),
     ActionSpec(
         "tunnels",
@@ -204,7 +294,7 @@ SPECS = (
         "Show &tunnels",
         ("T",),
         lambda w, on: w.tunnels.set_on(on),
-        "Show the tunnels through the brains, and say which one is the oesophagus (T)",
+        "Show the tunnels through the brains, and say which one is the oesophagus",
         is_on=False,
         needs="brains",
     ),
@@ -214,9 +304,19 @@ SPECS = (
         "Where the surface &comes from",
         ("O",),
         lambda w, on: w.view_area.set_by_origin(on),
-        "Show in colours what was filled, drilled, trimmed or bridged (O)",
+        "Show in colours what was filled, drilled, trimmed or bridged",
         is_on=False,
         needs="results",
+    ),
+    ActionSpec(
+        "blink",
+        "View",
+        "&Blink A / B",
+        ("B",),
+        lambda w, on: w.blink.set_on(on),
+        "Show the registration with the weights and λ of A and of B in turn",
+        is_on=False,
+        needs="snapshots",
     ),
     ActionSpec(
         "link",
@@ -224,7 +324,7 @@ SPECS = (
         "&Link cameras",
         ("Ctrl+L",),
         lambda w, on: w.view_area.link.set_on(on),
-        "Turn all three brains together (Ctrl+L)",
+        "Turn all three brains together",
         is_on=True,
     ),
     ActionSpec(
@@ -233,11 +333,25 @@ SPECS = (
         "&Reset views",
         ("R",),
         lambda w: w.view_area.go_home(),
-        "Show everything as at first: the brains from the front (R)",
+        "Show everything as at first: the brains from the front",
         needs="brains",
     ),
-    ActionSpec("shortcuts", "Help", "Mouse and &keys", ("F1",), lambda w: w.show_shortcuts()),
-    ActionSpec("method", "Help", "About the &method", (), lambda w: w.show_method()),
+    ActionSpec(
+        "dark",
+        "View",
+        "&Dark or light",
+        ("Ctrl+Shift+T",),
+        lambda w: w.toggle_dark(),
+        "Turn the window dark, or light again",
+    ),
+    ActionSpec("help", "Help", "&Help pages", ("Shift+F1",), lambda w: w.show_help("Brains")),
+    ActionSpec(
+        "shortcuts", "Help", "Mouse and &keys", ("F1",), lambda w: w.show_help(MOUSE_AND_KEYS)
+    ),
+    ActionSpec(
+        "method", "Help", "About the &method", (), lambda w: w.show_help("About the method")
+    ),
+    ActionSpec("tour", "Help", "&Tour of the window", (), lambda w: w.tour.start()),
 )
 
 
