@@ -29,9 +29,11 @@ from flyreg_gui.actions import enable_actions, fill_menu, make_actions
 from flyreg_gui.dialogs import HelpWindow
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.files import FileCommands
+from flyreg_gui.judging import ORIGINS, Judging
 from flyreg_gui.landmark_mode import LandmarkMode
 from flyreg_gui.modes import Mode, Modes
 from flyreg_gui.panels.banner import Banner
+from flyreg_gui.panels.judge import JudgePanel
 from flyreg_gui.panels.landmarks import LandmarksPanel
 from flyreg_gui.panels.start import StartPage
 from flyreg_gui.panels.steps import StepsPanel
@@ -68,12 +70,15 @@ class MainWindow(QMainWindow):
         self.tunnels = Tunnels(self.session, self)
         self.drill = DrillMode(self.session, self)
         self.trim = TrimMode(self.session, self)
+        self.judging = Judging(self.session, self)
         self.files = FileCommands(self)
         self.view_area = ViewArea(
-            self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim
+            *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
+            self.judging,
         )
         self.steps = StepsPanel(self.session, self.tunnels, self.trim)
         self.landmarks = LandmarksPanel(self.session, self.selection)
+        self.judge = JudgePanel(self.judging)
         self.banner, self.start = Banner(), StartPage()
         self.blend = QSlider(Qt.Orientation.Horizontal)
         self.actions_by_name = make_actions(self)
@@ -121,13 +126,16 @@ class MainWindow(QMainWindow):
         for title, widget, area in (
             ("Steps", self.steps, Qt.DockWidgetArea.LeftDockWidgetArea),
             ("Landmarks", self.landmarks, Qt.DockWidgetArea.RightDockWidgetArea),
+            ("Judge", self.judge, Qt.DockWidgetArea.RightDockWidgetArea),
         ):
             dock = QDockWidget(title, self)
             dock.setObjectName(title)
             dock.setWidget(widget)
             self.addDockWidget(area, dock)
             self._docks.append(dock)
-        self.resizeDocks(self._docks, [290, 390], Qt.Orientation.Horizontal)
+        self.tabifyDockWidget(self._docks[1], self._docks[2])
+        self._docks[1].raise_()
+        self.resizeDocks(self._docks[:2], [290, 390], Qt.Orientation.Horizontal)
 
     def _make_menus(self) -> None:
         menus: dict[str, QMenu] = {}
@@ -190,6 +198,7 @@ class MainWindow(QMainWindow):
         session.results_changed.connect(self._on_results)
         session.results_changed.connect(self._on_guess)
         self.tunnels.changed.connect(self._on_tunnels)
+        self.judging.chosen_changed.connect(self._on_judging_chosen)
         self.banner.asked.connect(self._on_help_asked)
         self.steps.tunnels.drill_asked.connect(self.actions_by_name["drill"].toggle)
         self.blend.valueChanged.connect(self._on_blend)
@@ -290,6 +299,9 @@ class MainWindow(QMainWindow):
     def _on_tunnels(self) -> None:
         self.actions_by_name["tunnels"].setChecked(self.tunnels.is_on)
 
+    def _on_judging_chosen(self, name: str) -> None:
+        self.actions_by_name["origins"].setChecked(name == ORIGINS)
+
     def _on_guess(self, results: Results | None) -> None:
         """Say so when the oesophagus of a brain is a guess that was not shown before."""
         guess = guess_of(results) if results is not None else None
@@ -359,6 +371,7 @@ class MainWindow(QMainWindow):
             self.view_area.show_theme(theme)
             self.banner.show_theme(theme)
             self.steps.show_theme(theme)
+            self.judge.show_theme(theme)
 
     def event(self, event: QEvent) -> bool:
         """Leave Space to a button that the keyboard went to, before the shortcut gets it."""
@@ -385,5 +398,6 @@ class MainWindow(QMainWindow):
             return
         self.preferences.save_window(self.saveGeometry(), self.saveState())
         self.runner.close()
+        self.judging.close()
         self.view_area.close_canvases()
         event.accept()
