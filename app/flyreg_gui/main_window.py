@@ -33,6 +33,7 @@ from flyreg_gui.judging import ORIGINS, Judging
 from flyreg_gui.landmark_mode import LandmarkMode
 from flyreg_gui.modes import Mode, Modes
 from flyreg_gui.panels.banner import Banner
+from flyreg_gui.panels.fold_alarm import FoldAlarm
 from flyreg_gui.panels.judge import JudgePanel
 from flyreg_gui.panels.landmarks import LandmarksPanel
 from flyreg_gui.panels.start import StartPage
@@ -80,6 +81,7 @@ class MainWindow(QMainWindow):
         self.landmarks = LandmarksPanel(self.session, self.selection)
         self.judge = JudgePanel(self.judging)
         self.banner, self.start = Banner(), StartPage()
+        self.fold_alarm = FoldAlarm(self.session)
         self.blend = QSlider(Qt.Orientation.Horizontal)
         self.actions_by_name = make_actions(self)
         self._shown_failure: object = None
@@ -115,6 +117,7 @@ class MainWindow(QMainWindow):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addWidget(self.banner)
+        layout.addWidget(self.fold_alarm)
         layout.addWidget(self._stack, 1)
         center.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setCentralWidget(center)
@@ -370,6 +373,7 @@ class MainWindow(QMainWindow):
             self._theme = theme
             self.view_area.show_theme(theme)
             self.banner.show_theme(theme)
+            self.fold_alarm.show_theme(theme)
             self.steps.show_theme(theme)
             self.judge.show_theme(theme)
 
