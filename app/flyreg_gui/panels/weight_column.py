@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from PySide6.QtCore import (
     QAbstractItemModel,
     QModelIndex,
@@ -11,7 +13,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QDoubleValidator, QMouseEvent, QPainter, QPalette
+from PySide6.QtGui import QAction, QDoubleValidator, QMouseEvent, QPainter, QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -27,7 +29,7 @@ from flyreg_gui.sliders import WEIGHT_SCALE
 
 Index = QModelIndex | QPersistentModelIndex
 
-WEIGHT_WIDTH = 118
+WEIGHT_WIDTH = 104
 NUMBER_WIDTH = 36
 INSET = 9
 GROOVE, HANDLE = 3.0, 5.0
@@ -153,11 +155,21 @@ class LandmarkTableView(QTableView):
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         header.setMinimumSectionSize(48)
         header.setResizeContentsPrecision(0)  # of the rows in sight alone
-        for column in (Column.PLACE, Column.RESIDUAL):
+        header.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        for column in (Column.PLACE, Column.RESIDUAL, Column.FORETOLD, Column.LEVERAGE):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
+            title = self.model().headerData(column, Qt.Orientation.Horizontal)
+            action = QAction(str(title), header, checkable=True)
+            action.setChecked(column != Column.PLACE)
+            action.toggled.connect(partial(self._show_column, column))
+            header.addAction(action)
+        self.setColumnHidden(Column.PLACE, True)
         header.setSectionResizeMode(Column.NAME, QHeaderView.ResizeMode.Stretch)
         header.setSectionResizeMode(Column.WEIGHT, QHeaderView.ResizeMode.Fixed)
         header.resizeSection(Column.WEIGHT, WEIGHT_WIDTH)
+
+    def _show_column(self, column: Column, on: bool) -> None:
+        self.setColumnHidden(column, not on)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin to drag the slider under the mouse, or select."""

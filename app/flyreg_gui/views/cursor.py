@@ -142,9 +142,10 @@ class Cursor(QObject):
     def _follow(self) -> None:
         if self._asked is not None:
             view, position = self._asked
-            self._show(self._find(view, position))
+            self._show(self.at(view, position))
 
-    def _find(self, view: SurfaceView | FlatView, position: QPointF) -> SamePlace | None:
+    def at(self, view: SurfaceView | FlatView, position: QPointF) -> SamePlace | None:
+        """Return the place that appears at a position of a view; None beside the brain."""
         if self._results is None or self._area.is_on_other_business(view):
             return None
         finder = self._up_to_date_finder(self._results)

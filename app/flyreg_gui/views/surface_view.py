@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
@@ -29,7 +31,11 @@ class SurfaceView:
         self.surface = SurfaceLayer(canvas, "surface")
         self.overlay = SurfaceLayer(canvas, "overlay")
         self._markers, self._waiting = MarkerLayer(canvas), MarkerLayer(canvas)
+        self._half_made = MarkerLayer(canvas, are_cubes=True)
+        self._half_made_ids: tuple[str, ...] = ()
+        self._half_made_points = NO_POINTS
         self._labels = LabelLayer(canvas)
+        self._half_made_labels = LabelLayer(canvas)
         self._mesh: SurfaceMesh | None = None
         self._clip: ClipPlane | None = None
         self._points, self._radii = NO_POINTS, np.zeros(0)
@@ -49,7 +55,8 @@ class SurfaceView:
         """Take the colours of a theme."""
         self._theme = theme
         scale = self.canvas.devicePixelRatioF()
-        self._labels.set_style(theme.text, theme.background, scale)
+        for labels in (self._labels, self._half_made_labels):
+            labels.set_style(theme.text, theme.background, scale)
         self.canvas.show_theme(theme)
 
     def show_surface(self, mesh: SurfaceMesh, colors: NDArray[np.uint8], space: ViewSpace) -> None:
@@ -93,6 +100,18 @@ class SurfaceView:
         self._labels.show(points[chosen], [style.names[i] for i in chosen])
         self.canvas.refresh()
 
+    def show_half_made(self, points: Floats, ids: tuple[str, ...], names: Sequence[str]) -> None:
+        """Draw (n, 3) ends of landmarks whose other ends are still to be placed, as cubes."""
+        self._half_made_points, self._half_made_ids = points, ids
+        color = self._theme.bad if self._theme else (180, 50, 20)
+        colors = np.tile(np.array(color, dtype=np.uint8), (len(points), 1))
+        self._half_made.show(points, self._half_made_radii(), colors)
+        self._half_made_labels.show(points, [f"{name} …" for name in names])
+        self.canvas.refresh()
+
+    def _half_made_radii(self) -> Floats:
+        return np.full(len(self._half_made_ids), 1.2 * self._unit_radius())
+
     def show_waiting_point(self, point: tuple[float, float, float] | None) -> None:
         """Draw a point that is half of a landmark pair, or none."""
         points = NO_POINTS if point is None else np.array([point])
@@ -112,9 +131,11 @@ class SurfaceView:
 
     def clear_landmarks(self) -> None:
         """Show the brain without landmarks."""
-        for markers in (self._markers, self._waiting):
+        for markers in (self._markers, self._waiting, self._half_made):
             markers.show(NO_POINTS, np.zeros(0), np.zeros((0, 3), dtype=np.uint8))
         self._labels.show(NO_POINTS, [])
+        self._half_made_labels.show(NO_POINTS, [])
+        self._half_made_ids, self._half_made_points = (), NO_POINTS
         self._ids, self._points, self._style = (), NO_POINTS, None
         self.canvas.refresh()
 
@@ -125,10 +146,10 @@ class SurfaceView:
 
     def landmark_at(self, position: QPointF) -> str | None:
         """Return the id of the visible landmark at a position in the widget."""
-        index = nearest_marker(
-            self.canvas, position, self._points, self._radii, self.pickable_surface
-        )
-        return None if index is None else self._ids[index]
+        points = np.concatenate([self._points, self._half_made_points])
+        radii = np.concatenate([self._radii, self._half_made_radii()])
+        index = nearest_marker(self.canvas, position, points, radii, self.pickable_surface)
+        return None if index is None else (*self._ids, *self._half_made_ids)[index]
 
     def point_at(self, position: QPointF) -> tuple[float, float, float] | None:
         """Return the point of the surface's front at a position in the widget."""
