@@ -303,7 +303,7 @@ SPECS = (
         "View",
         "Where the surface &comes from",
         ("O",),
-        lambda w, on: w.view_area.set_by_origin(on),
+        lambda w, on: w.judging.show_origins(on),
         "Show in colours what was filled, drilled, trimmed or bridged",
         is_on=False,
         needs="results",

@@ -34,12 +34,15 @@ from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.drops import Drops
 from flyreg_gui.files import FileCommands
 from flyreg_gui.help_window import HelpWindow, help_pages
+from flyreg_gui.judging import ORIGINS, Judging
 from flyreg_gui.keymap import Keymap
 from flyreg_gui.landmark_commands import LandmarkCommands
 from flyreg_gui.landmark_mode import KINDS, LandmarkMode
 from flyreg_gui.modes import Mode, Modes
 from flyreg_gui.neuropils import Neuropils
 from flyreg_gui.panels.banner import Banner
+from flyreg_gui.panels.fold_alarm import FoldAlarm
+from flyreg_gui.panels.judge import JudgePanel
 from flyreg_gui.panels.landmarks import LandmarksPanel
 from flyreg_gui.panels.recovery import RecoveryBar
 from flyreg_gui.panels.start import StartPage
@@ -92,6 +95,7 @@ class MainWindow(QMainWindow):
         self.tunnels = Tunnels(self.session, self)
         self.drill = DrillMode(self.session, self)
         self.trim = TrimMode(self.session, self)
+        self.judging = Judging(self.session, self)
         self.files = FileCommands(self)
         self.neuropils = Neuropils(self.session, self)
         self.landmark_commands = LandmarkCommands(self)
@@ -101,11 +105,14 @@ class MainWindow(QMainWindow):
         self.recovery = RecoveryBar(self)
         self.blink = Blink(self.session, self.say, self)
         self.view_area = ViewArea(
-            self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim
+            *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
+            self.judging,
         )
         self.steps = StepsPanel(self.session, self.tunnels, self.trim)
         self.landmarks = LandmarksPanel(self.session, self.selection)
+        self.judge = JudgePanel(self.judging)
         self.banner, self.start = Banner(), StartPage()
+        self.fold_alarm = FoldAlarm(self.session)
         self.blend = QSlider(Qt.Orientation.Horizontal)
         self.actions_by_name = make_actions(self)
         self._shown_failure: object = None
@@ -146,6 +153,7 @@ class MainWindow(QMainWindow):
         layout.setSpacing(0)
         layout.addWidget(self.recovery)
         layout.addWidget(self.banner)
+        layout.addWidget(self.fold_alarm)
         layout.addWidget(self._stack, 1)
         center.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setCentralWidget(center)
@@ -162,14 +170,18 @@ class MainWindow(QMainWindow):
             ("Steps", self.steps, Qt.DockWidgetArea.LeftDockWidgetArea),
             ("Landmarks", self.landmarks, Qt.DockWidgetArea.RightDockWidgetArea),
             ("History", self.history, Qt.DockWidgetArea.LeftDockWidgetArea),
+            ("Judge", self.judge, Qt.DockWidgetArea.RightDockWidgetArea),
         ):
             dock = QDockWidget(title, self)
             dock.setObjectName(title)
             dock.setWidget(widget)
             self.addDockWidget(area, dock)
             self._docks.append(dock)
-        self._docks[-1].hide()
-        self.resizeDocks(self._docks[:2], [280, 450], Qt.Orientation.Horizontal)
+        steps, landmarks, history, judge = self._docks
+        history.hide()
+        self.tabifyDockWidget(landmarks, judge)
+        landmarks.raise_()
+        self.resizeDocks([steps, landmarks], [280, 450], Qt.Orientation.Horizontal)
 
     def _make_menus(self) -> None:
         menus: dict[str, QMenu] = {}
@@ -256,6 +268,7 @@ class MainWindow(QMainWindow):
         session.results_changed.connect(self._on_results)
         session.results_changed.connect(self._on_guess)
         self.tunnels.changed.connect(self._on_tunnels)
+        self.judging.chosen_changed.connect(self._on_judging_chosen)
         self.banner.asked.connect(self._on_help_asked)
         self.steps.tunnels.drill_asked.connect(self.actions_by_name["drill"].toggle)
         self.autosave.set_seconds(self.preferences.autosave_seconds)
@@ -398,6 +411,9 @@ class MainWindow(QMainWindow):
     def _on_tunnels(self) -> None:
         self.actions_by_name["tunnels"].setChecked(self.tunnels.is_on)
 
+    def _on_judging_chosen(self, name: str) -> None:
+        self.actions_by_name["origins"].setChecked(name == ORIGINS)
+
     def _on_guess(self, results: Results | None) -> None:
         """Say so when the oesophagus of a brain is a guess that was not shown before."""
         guess = guess_of(results) if results is not None else None
@@ -481,7 +497,9 @@ class MainWindow(QMainWindow):
             self.banner.show_theme(theme)
             self.recovery.show_theme(theme)
             self.tour.show_theme(theme)
+            self.fold_alarm.show_theme(theme)
             self.steps.show_theme(theme)
+            self.judge.show_theme(theme)
 
     def event(self, event: QEvent) -> bool:
         """Leave Space to a button that the keyboard went to, before the shortcut gets it."""
@@ -510,5 +528,6 @@ class MainWindow(QMainWindow):
         self.recovery.release()
         self.autosave.close()
         self.runner.close()
+        self.judging.close()
         self.view_area.close_canvases()
         event.accept()

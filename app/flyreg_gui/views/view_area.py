@@ -15,6 +15,7 @@ from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.drill_mode import DrillMode
+from flyreg_gui.judging import STATUS_KEY, Judging
 from flyreg_gui.landmark_mode import LandmarkMode, Point, end_point
 from flyreg_gui.preparing import ROLES, Remains
 from flyreg_gui.selection import Selection
@@ -47,9 +48,12 @@ class _Look:
         self.brain, self._color = brain, color
         self.space = ViewSpace.of(brain.surface, brain.frame)
 
-    def colors(self, by_origin: bool) -> Colors:
-        """Return the colours of the vertices: the brain's own, or by where they come from."""
-        return self._by_origin if by_origin else self._plain
+    def colors(self, role: Role, judging: Judging) -> Colors:
+        """Return the colours of the vertices: the brain's own, or what is chosen to judge by."""
+        if judging.is_by_origin:
+            return self._by_origin
+        judged = judging.colors_of(role, self.brain.surface)
+        return self._plain if judged is None else judged
 
     @cached_property
     def _plain(self) -> Colors:
@@ -76,13 +80,13 @@ class ViewArea(QWidget):
         tunnels: Tunnels,
         drill: DrillMode,
         trim: TrimMode,
+        judging: Judging,
     ) -> None:
         super().__init__()
         self._session, self._selection, self._mode = session, selection, mode
-        self._trim = trim
+        self._trim, self._judging = trim, judging
         self._theme: Theme | None = None
         self._looks: dict[Role, _Look] = {}
-        self._by_origin = False
         self._make_frames()
         self._arrange()
         self.source = SurfaceView(self.frames[0].canvas)
@@ -115,6 +119,7 @@ class ViewArea(QWidget):
         selection.changed.connect(self._show_landmarks)
         mode.changed.connect(self._on_mode)
         trim.changed.connect(self._on_trim)
+        judging.changed.connect(self._on_judging)
 
     def _make_frames(self) -> None:
         titles = (
@@ -173,9 +178,7 @@ class ViewArea(QWidget):
         for view in self.flat_views:
             view.set_blend(blend)
 
-    def set_by_origin(self, on: bool) -> None:
-        """Colour prepared surfaces by where they come from, or plainly."""
-        self._by_origin = on
+    def _on_judging(self) -> None:
         if self._session.results is not None:
             self._show_brains(self._session.results)
 
@@ -221,6 +224,7 @@ class ViewArea(QWidget):
             for frame in self.frames:
                 frame.title.set_detail("")
                 frame.show_legend([])
+                frame.show_scale(None)
             return
         self._show_brains(results)
         self._show_landmarks()
@@ -247,6 +251,7 @@ class ViewArea(QWidget):
         if self._trim.is_on:
             for frame in self.frames[:2]:
                 frame.show_legend([])
+                frame.show_scale(None)
             self.source.clear_landmarks()
             self.target.clear_landmarks()
             self.trim_views.show()
@@ -262,10 +267,12 @@ class ViewArea(QWidget):
         target = self._look("target", results.target, TARGET)
         mine, other = results.source.surface, results.target.surface
         moved = results.registration.surface
-        mine_colors, other_colors = (look.colors(self._by_origin) for look in (source, target))
-        for frame, look in zip(self.frames, (source, target, source), strict=False):
-            is_shown = self._by_origin and not (self._trim.is_on and frame in self.frames[:2])
-            frame.show_legend(look.key if is_shown else [])
+        judging = self._judging
+        mine_colors, other_colors = (
+            source.colors("source", judging),
+            target.colors("target", judging),
+        )
+        self._show_keys(source, target)
         if not self._trim.is_on:
             self.source.show_surface(mine, mine_colors, source.space)
             self.target.show_surface(other, other_colors, target.space)
@@ -278,6 +285,23 @@ class ViewArea(QWidget):
             frame.title.set_detail(short_name(brain), brain.path)
         for frame in self.frames[3:]:
             frame.title.set_detail("moved source over target, seen from outside")
+
+    def _show_keys(self, source: _Look, target: _Look) -> None:
+        """Say in each view what its colours mean."""
+        judging, judged = self._judging, self._judging.judged
+        roles: tuple[Role, ...] = ("source", "target", "source", "source", "source")
+        for frame, role in zip(self.frames, roles, strict=True):
+            look = source if role == "source" else target
+            is_free = not (self._trim.is_on and frame in self.frames[:2])
+            has_values = judged is not None and role in judged.colors and is_free
+            is_kinds = judged is not None and judged.is_kinds
+            key: list[tuple[Color, str, str]] = []
+            if judging.is_by_origin and is_free and frame in self.frames[:3]:
+                key = look.key
+            elif has_values and is_kinds:
+                key = STATUS_KEY
+            frame.show_legend(key)
+            frame.show_scale(judged if has_values and not is_kinds else None)
 
     def _look(self, role: Role, brain: PreparedBrain, color: Color) -> _Look:
         known = self._looks.get(role)
