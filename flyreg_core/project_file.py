@@ -17,12 +17,13 @@ from flyreg_core.files import read_text, write_atomically
 from flyreg_core.project import BrainInput, Project
 from flyreg_core.templates import template_file
 
-FORMAT = 3
+FORMAT = 4
 """Version of the layout; raised whenever a file of it could not be read by the version before."""
 
 UPGRADES: Mapping[int, Callable[[dict[str, Any]], dict[str, Any]]] = {
     1: dict,  # format 2 adds what kind of input a brain is; without it, it is a surface
     2: dict,  # format 3 adds pairing by shape; what a project says about pairing stays
+    3: dict,  # format 4 adds mute, solo, colours of landmarks and neuropils; none before
 }
 """For each older format, what turns the content of a file of it into that of the next format."""
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QCloseEvent, QKeyEvent, QKeySequence, QPixmap
+from flyreg_resources import landmark_lists
+from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtGui import QActionGroup, QCloseEvent, QKeyEvent, QKeySequence, QPixmap
 from PySide6.QtWidgets import (
     QAbstractButton,
     QDockWidget,
@@ -29,8 +30,10 @@ from flyreg_gui.actions import enable_actions, fill_menu, make_actions
 from flyreg_gui.dialogs import HelpWindow
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.files import FileCommands
-from flyreg_gui.landmark_mode import LandmarkMode
+from flyreg_gui.landmark_commands import LandmarkCommands
+from flyreg_gui.landmark_mode import KINDS, LandmarkMode
 from flyreg_gui.modes import Mode, Modes
+from flyreg_gui.neuropils import Neuropils
 from flyreg_gui.panels.banner import Banner
 from flyreg_gui.panels.landmarks import LandmarksPanel
 from flyreg_gui.panels.start import StartPage
@@ -69,6 +72,8 @@ class MainWindow(QMainWindow):
         self.drill = DrillMode(self.session, self)
         self.trim = TrimMode(self.session, self)
         self.files = FileCommands(self)
+        self.neuropils = Neuropils(self.session, self)
+        self.landmark_commands = LandmarkCommands(self)
         self.view_area = ViewArea(
             self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim
         )
@@ -127,11 +132,11 @@ class MainWindow(QMainWindow):
             dock.setWidget(widget)
             self.addDockWidget(area, dock)
             self._docks.append(dock)
-        self.resizeDocks(self._docks, [290, 390], Qt.Orientation.Horizontal)
+        self.resizeDocks(self._docks, [280, 450], Qt.Orientation.Horizontal)
 
     def _make_menus(self) -> None:
         menus: dict[str, QMenu] = {}
-        for name in ("File", "Edit", "View", "Help"):
+        for name in ("File", "Edit", "Landmarks", "View", "Help"):
             menus[name] = self.menuBar().addMenu(f"&{name}")
             menus[name].setObjectName(name)
         undo = self.session.undo_stack.createUndoAction(self, "&Undo")
@@ -143,7 +148,9 @@ class MainWindow(QMainWindow):
         menus["Edit"].addSeparator()
         actions = self.actions_by_name
         fill_menu(menus["File"], actions, ("save", "export", "quit"))
-        fill_menu(menus["Edit"], actions, ("landmark_mode",))
+        fill_menu(menus["Edit"], actions, ("drill",))
+        fill_menu(menus["Landmarks"], actions, ("accept", "next_unplaced", "import_landmarks"))
+        self._fill_presets(menus["Landmarks"])
         fill_menu(menus["View"], actions, ("link",))
         fill_menu(menus["Help"], actions)
         menus["View"].addSeparator()
@@ -152,6 +159,26 @@ class MainWindow(QMainWindow):
         self._recent_menu = QMenu("&Recent projects", self)
         menus["File"].insertMenu(actions["demo"], self._recent_menu)
         menus["File"].aboutToShow.connect(self._fill_recent)
+
+    def _fill_presets(self, menu: QMenu) -> None:
+        """Offer the lists of landmarks that come with the program, and where new ones lie."""
+        lists = QMenu("Landmarks to &place", self)
+        for path in landmark_lists():
+            action = lists.addAction(path.stem.replace("-", " ").capitalize())
+            action.triggered.connect(
+                lambda _on, path=path: self.landmark_commands.add_template(path)
+            )
+        menu.insertMenu(self.actions_by_name["template"], lists)
+        kinds = QMenu("New landmarks &lie", self)
+        group = QActionGroup(kinds)
+        for kind in KINDS:
+            on_curve = "anywhere on the surface" if kind == "interior" else f"on the {kind} curve"
+            action = kinds.addAction(on_curve)
+            action.setCheckable(True)
+            action.setChecked(kind == self.mode.kind)
+            action.triggered.connect(lambda _on, kind=kind: self.mode.set_kind(kind))
+            group.addAction(action)
+        menu.insertMenu(self.actions_by_name["accept"], kinds)
 
     def _make_toolbar(self) -> None:
         bar = QToolBar("Tools", self)
@@ -199,7 +226,15 @@ class MainWindow(QMainWindow):
         self.steps.save_asked.connect(files.save)
         self.steps.form.applied.connect(self._on_preparation)
         self.landmarks.refused.connect(self.show_problem)
+        self.landmarks.accept_button.clicked.connect(self.actions_by_name["accept"].trigger)
+        self.landmarks.model.ticked.connect(self.landmark_commands.set_acting)
+        self.landmarks.menu_asked.connect(self._on_menu_asked)
+        self.landmarks.neighbourhood.asked.connect(self.landmark_commands.weigh_near)
+        self.landmarks.neighbourhood.load_asked.connect(self.landmark_commands.load_neuropils)
+        self.neuropils.changed.connect(self._on_neuropils)
+        self.neuropils.refused.connect(self.show_problem)
         self.landmarks.look_at_asked.connect(self.view_area.look_at)
+        self.view_area.pointer.moved.connect(self.status.show_place)
         self.start.open_asked.connect(files.open_brains)
         self.start.project_asked.connect(files.open_project)
         self.start.demo_asked.connect(files.open_demo)
@@ -285,6 +320,16 @@ class MainWindow(QMainWindow):
 
     def _on_preparation(self, project: Project) -> None:
         self.session.edit("change preparation", project)
+
+    def _on_menu_asked(self, place: QPoint) -> None:
+        menu = QMenu(self)
+        names = ("accept", "mirror", "mute", "solo", "recolor", "delete")
+        menu.addActions([self.actions_by_name[name] for name in names])
+        menu.exec(place)
+        menu.deleteLater()
+
+    def _on_neuropils(self) -> None:
+        self.landmarks.neighbourhood.show_names(list(self.neuropils.by_name))
 
     def _on_tunnels(self) -> None:
         self.actions_by_name["tunnels"].setChecked(self.tunnels.is_on)

@@ -15,6 +15,8 @@ class StatusBar(QStatusBar):
         super().__init__()
         self._session = session
         self.hint, self.folds, self.distance, self.state = QLabel(), QLabel(), QLabel(), QLabel()
+        self.place = QLabel()
+        self.addWidget(self.place)
         self.addWidget(self.hint, 1)
         for label in (self.folds, self.distance, self.state):
             self.addPermanentWidget(label)
@@ -27,6 +29,11 @@ class StatusBar(QStatusBar):
     def show_hint(self, text: str) -> None:
         """Say what the user can do next."""
         self.hint.setText(text)
+
+    def show_place(self, text: str) -> None:
+        """Say where the cursor is."""
+        self.place.setText(text)
+        self.place.setVisible(bool(text))
 
     def _show(self, *_news: object) -> None:
         session = self._session

@@ -15,7 +15,7 @@ from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.drill_mode import DrillMode
-from flyreg_gui.landmark_mode import LandmarkMode
+from flyreg_gui.landmark_mode import LandmarkMode, Point, end_point
 from flyreg_gui.preparing import ROLES, Remains
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
@@ -25,7 +25,9 @@ from flyreg_gui.trim_mode import TrimMode
 from flyreg_gui.tunnels import Tunnels
 from flyreg_gui.views.camera import CameraLink, ViewSpace
 from flyreg_gui.views.canvas import Canvas, FlatCanvas
+from flyreg_gui.views.cursor import Cursor
 from flyreg_gui.views.flat_view import FlatView
+from flyreg_gui.views.landmark_hand import LandmarkHand
 from flyreg_gui.views.layers import Colors
 from flyreg_gui.views.markers import style_markers
 from flyreg_gui.views.origins import key_of, origin_colors
@@ -95,6 +97,17 @@ class ViewArea(QWidget):
         brains: dict[Role, SurfaceView] = {"source": self.source, "target": self.target}
         self.tunnel_views = TunnelViews(session, tunnels, drill, brains)
         self.trim_views = TrimViews(session, trim, brains)
+        self.pointer = Cursor(session, self)
+        self._hands = [
+            LandmarkHand(
+                view.canvas,
+                mode,
+                "source" if view is self.source else "target",
+                view.landmark_at,
+                partial(self._point_at, view, "source" if view is self.source else "target"),
+            )
+            for view in self.views
+        ]
         for view in self.views:
             view.canvas.clicked.connect(partial(self._on_clicked, view))
         session.results_changed.connect(self._on_results)
@@ -151,6 +164,7 @@ class ViewArea(QWidget):
             view.show_theme(theme)
         self.tunnel_views.show_theme(theme)
         self.trim_views.show_theme(theme)
+        self.pointer.show_scale()
         self._show_landmarks()
 
     def set_blend(self, blend: float) -> None:
@@ -176,6 +190,10 @@ class ViewArea(QWidget):
         if not self.link.is_on:
             self.target.look_at(identifier)
             self.registered.look_at(identifier)
+
+    def is_on_other_business(self, view: SurfaceView | FlatView) -> bool:
+        """Tell whether a view shows a brain as read, for trimming, and not as prepared."""
+        return self._trim.is_on and view in (self.source, self.target)
 
     def toggle_maximised(self, frame: ViewFrame) -> None:
         """Give the whole area to one view, or share it again."""
@@ -219,11 +237,8 @@ class ViewArea(QWidget):
             brain = remains.brains.get(role)
             frame.set_empty(brain is None)
             if brain is not None:
-                surface = brain.surface
-                space = ViewSpace.of(surface, brain.frame)
-                view.show_surface(
-                    surface.vertices, surface.faces, relief_colors(surface, color), space
-                )
+                space = ViewSpace.of(brain.surface, brain.frame)
+                view.show_surface(brain.surface, relief_colors(brain.surface, color), space)
                 name = short_name(edits.brain_of(session.project, role).input)
                 frame.title.set_detail(f"{name}, as read: not prepared")
 
@@ -252,10 +267,10 @@ class ViewArea(QWidget):
             is_shown = self._by_origin and not (self._trim.is_on and frame in self.frames[:2])
             frame.show_legend(look.key if is_shown else [])
         if not self._trim.is_on:
-            self.source.show_surface(mine.vertices, mine.faces, mine_colors, source.space)
-            self.target.show_surface(other.vertices, other.faces, other_colors, target.space)
-        self.registered.show_surface(moved.vertices, moved.faces, mine_colors, target.space)
-        self.registered.show_overlay(other.vertices, other.faces, other_colors)
+            self.source.show_surface(mine, mine_colors, source.space)
+            self.target.show_surface(other, other_colors, target.space)
+        self.registered.show_surface(moved, mine_colors, target.space)
+        self.registered.show_overlay(other, other_colors)
         for view in self.flat_views:
             view.show(results, mine_colors, other_colors)
         inputs = (results.project.source.input, results.project.target.input)
@@ -281,9 +296,25 @@ class ViewArea(QWidget):
         if not self._trim.is_on:
             self.source.show_landmarks(sources, style)
             self.target.show_landmarks(targets, style)
+            self._show_half_made(results)
         self.registered.show_landmarks(targets, style)
         for view in self.flat_views:
             view.show_landmarks(landmarks, style)
+
+    def _show_half_made(self, results: Results) -> None:
+        """Show the ends of landmarks that are placed on one brain only."""
+        brains: tuple[tuple[Role, SurfaceView, PreparedBrain], ...] = (
+            ("source", self.source, results.source),
+            ("target", self.target, results.target),
+        )
+        for role, view, brain in brains:
+            ends = [
+                (pair, end)
+                for pair in self._mode.unplaced
+                if (end := end_point(pair, role, brain.flat)) is not None
+            ]
+            ids, names = tuple(pair.id for pair, _ in ends), [pair.name for pair, _ in ends]
+            view.show_half_made(points_of([end for _, end in ends]), ids, names)
 
     # Clicks
 
@@ -295,12 +326,13 @@ class ViewArea(QWidget):
             return
         if role is not None and self.tunnel_views.click(role, position):
             return
-        if self._mode.is_on and role is not None and isinstance(view, SurfaceView):
-            point = view.point_at(position)
+        identifier = view.landmark_at(position)
+        if self._mode.is_on and not (identifier and self._mode.is_own(identifier)):
+            role = role or self._role_to_place(view)
+            point = self._point_at(view, role, position)
             if point is not None:
                 self._mode.place(role, point)
             return
-        identifier = view.landmark_at(position)
         if identifier is None:
             if not modifiers & CONTROL:
                 self._selection.clear()
@@ -309,6 +341,29 @@ class ViewArea(QWidget):
         else:
             self._selection.select([identifier])
 
+    def _point_at(
+        self, view: SurfaceView | FlatView, role: Role, position: QPointF
+    ) -> Point | None:
+        """Return the point of a brain that appears at a position of any view."""
+        results, place = self._session.results, self.pointer.at(view, position)
+        if results is None or place is None:
+            return None
+        if role == "source":
+            x, y, z = place.source.on(results.source.surface).tolist()
+        else:
+            x, y, z = place.target.on(results.target.surface).tolist()
+        return x, y, z
+
+    def _role_to_place(self, view: SurfaceView | FlatView) -> Role:
+        """Return the brain that a click means where both are on show.
+
+        Where the registered brain lies on the target that is the target; laid flat, a new landmark
+        begins with the place of the source that is drawn there and ends with the target's.
+        """
+        current = self._mode.current
+        is_begun = current is not None and current.source is not None
+        return "target" if view is self.registered or is_begun else "source"
+
     def _role_of(self, view: SurfaceView | FlatView) -> Role | None:
         if view is self.source:
             return "source"
@@ -316,10 +371,11 @@ class ViewArea(QWidget):
 
     def _on_mode(self) -> None:
         cursor = Qt.CursorShape.CrossCursor if self._mode.is_on else Qt.CursorShape.ArrowCursor
-        for view in (self.source, self.target):
+        for view in self.views:
             view.canvas.setCursor(cursor)
-        self.source.show_waiting_point(self._mode.waiting.get("source"))
-        self.target.show_waiting_point(self._mode.waiting.get("target"))
+        for hand in self._hands:
+            hand.set_on(self._mode.is_on)
+        self._show_landmarks()
 
 
 def points_of(places: Sequence[ArrayLike]) -> Floats:
