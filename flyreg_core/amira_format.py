@@ -40,9 +40,7 @@ def decode(content: bytes, path: Path) -> tuple[Floats, Integers]:
     ValueError
         The file is damaged or cut short.
     """
-    reader = _Reader(content)
-    vertices = reader.floats(reader.seek("Vertices"))
-    patches = [_read_patch(reader) for _ in range(reader.seek("Patches"))]
+    vertices, patches = _read(content)
     outer = [
         patch.faces[:, ::-1] if patch.inner in OUTSIDE else patch.faces
         for patch in patches
@@ -55,6 +53,30 @@ def decode(content: bytes, path: Path) -> tuple[Floats, Integers]:
             f"{', '.join(regions) or 'none'}; save it again with its exterior"
         )
     return vertices, np.concatenate(outer) - 1
+
+
+def decode_regions(content: bytes) -> tuple[Floats, dict[str, Integers]]:
+    """Return all vertices, and by region's name the faces around it, seen from outside.
+
+    Raises
+    ------
+    ValueError
+        The file is damaged or cut short.
+    """
+    vertices, patches = _read(content)
+    faces: dict[str, list[Integers]] = {}
+    for patch in patches:
+        faces.setdefault(patch.inner, []).append(patch.faces - 1)
+        faces.setdefault(patch.outer, []).append(patch.faces[:, ::-1] - 1)
+    return vertices, {
+        name: np.concatenate(parts) for name, parts in faces.items() if name not in OUTSIDE
+    }
+
+
+def _read(content: bytes) -> tuple[Floats, list[_Patch]]:
+    reader = _Reader(content)
+    vertices = reader.floats(reader.seek("Vertices"))
+    return vertices, [_read_patch(reader) for _ in range(reader.seek("Patches"))]
 
 
 def _read_patch(reader: _Reader) -> _Patch:

@@ -33,6 +33,16 @@ class Curve:
         place = first + np.mod(share - first, 1.0) if self.is_closed else share
         return np.stack([np.interp(place, self.share, self.points[:, i]) for i in range(3)], -1)
 
+    def nearest(self, point: Floats) -> tuple[float, float]:
+        """Return the share at the place of the curve nearest to a (3,) point, and its distance."""
+        start, along = self.points[:-1], np.diff(self.points, axis=0)
+        squared = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
+        part = np.clip(((point - start) * along).sum(axis=1) / squared, 0.0, 1.0)
+        away = np.linalg.norm(start + part[:, None] * along - point, axis=1)
+        best = int(np.argmin(away))
+        share = self.share[best] + part[best] * (self.share[best + 1] - self.share[best])
+        return float(share % 1.0 if self.is_closed else share), float(away[best])
+
     @property
     def is_closed(self) -> bool:
         """Tell whether the curve runs once around."""

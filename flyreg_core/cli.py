@@ -190,28 +190,20 @@ def _transform(arguments: argparse.Namespace) -> None:
     from flyreg_core.pipeline import Pipeline
     from flyreg_core.point_files import read_points, write_points
     from flyreg_core.project_file import load_project
-    from flyreg_core.transform import REACH_UM, find_in_pockets, transform_points
+    from flyreg_core.transform import REACH_UM, carry, check_reach
 
     check_place(arguments.output)
     project = load_project(arguments.project)
     table = read_points(arguments.points)
     reach = REACH_UM if arguments.reach is None else arguments.reach
-    if not reach >= 0:
-        raise FlyregError(f"the reach must be 0 or a positive number of micrometres, not {reach}")
+    check_reach(reach)
     with _Progress() as progress:
         results = Pipeline(open_cache()).run(project, progress, measure=False)
-    start, end = results.source.surface, results.registration.surface
-    brains = [results.source, results.target]
+    units = [brain.input.unit for brain in (project.source, project.target)]
     if arguments.inverse:
-        start, end = end, start
-        brains.reverse()
-    units = [brain.brain.input.unit for brain in brains]
+        units.reverse()
     points = table.points * UM_PER_UNIT[arguments.unit or units[0]]
-    is_mirrored = results.source.frame.is_mirrored != results.target.frame.is_mirrored
-    in_pocket = find_in_pockets(points, brains[0].torus, brains[0].raw, reach)
-    by_shape = results.to_target
-    to_end = None if by_shape is None else by_shape.back if arguments.inverse else by_shape
-    moved = transform_points(points, start, end, reach, is_mirrored, in_pocket, to_end)
+    moved = carry(points, results, reach, arguments.inverse)
     write_points(arguments.output, table, moved, UM_PER_UNIT[arguments.unit or units[1]])
     mapped = int(moved.is_mapped.sum())
     facts = {"points": len(points), "mapped": mapped, "outside": len(points) - mapped}
@@ -226,6 +218,36 @@ def _distance(arguments: argparse.Namespace) -> None:
     with _Progress() as progress:
         distances = measure_distances(a, b, progress)
     _print(distance_report(distances, "a_to_b", "b_to_a"), arguments.json)
+
+
+def _compare(arguments: argparse.Namespace) -> None:
+    from flyreg_core.apart import Limits
+    from flyreg_core.brain_files import UM_PER_UNIT
+    from flyreg_core.comparison import METHODS, compare
+    from flyreg_core.comparison_report import as_table, comparison_report, write_comparison
+    from flyreg_core.files import check_place
+    from flyreg_core.point_files import read_point_pairs
+    from flyreg_core.project import Project
+
+    if arguments.output is not None:
+        check_place(arguments.output / "compare.json")
+    limits = Limits(arguments.time_limit, arguments.memory_limit)
+    source = brain_of(arguments.source, arguments, "source")
+    target = brain_of(arguments.target, arguments, "target")
+    truth = None
+    if arguments.points is not None:
+        units = (UM_PER_UNIT[arguments.unit or brain.input.unit] for brain in (source, target))
+        truth = read_point_pairs(arguments.points).scaled(*units)
+    with _Progress() as progress:
+        project = Project(source, target)
+        found = compare(project, arguments.methods or METHODS, truth, limits, progress)
+    facts = comparison_report(found, source.input, target.input, limits)
+    if arguments.output is not None:
+        write_comparison(arguments.output, found, facts, target.input.unit)
+    if arguments.json:
+        _print(facts, as_json=True)
+    else:
+        print(as_table(facts))
 
 
 def _surface(name: str, unit: str | None) -> SurfaceMesh:
@@ -318,6 +340,7 @@ _COMMANDS = {
     "register": _register,
     "transform": _transform,
     "distance": _distance,
+    "compare": _compare,
 }
 
 

@@ -57,6 +57,12 @@ class PlacedLandmark:
     source_face: int  # where the source point lies on the source's surface
     source_corners: Floats  # (3,) its barycentric coordinates there
     plane: Mapping[HalfName, tuple[Floats, Floats]]  # source and target (2,); empty: not usable
+    is_muted: bool = False  # the pair keeps its weight, but does not pull
+
+    @property
+    def weight(self) -> float:
+        """How strongly the pair pulls here and now."""
+        return 0.0 if self.is_muted else self.pair.weight
 
 
 def boundary_pairs(

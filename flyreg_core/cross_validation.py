@@ -82,6 +82,17 @@ def leave_one_out(spectrum: Spectrum, smoothing: float) -> Floats:
     return errors
 
 
+def leverages(spectrum: Spectrum, smoothing: float) -> Floats:
+    """Return by how much each target (n,) draws its own source's image along, 0 to 1; NaN if not used.
+
+    The diagonal of the matrix that takes targets to the spline's values at the sources; 1 is a
+    landmark that only itself decides about.
+    """
+    shares = np.full(len(spectrum.is_used), np.nan)
+    shares[spectrum.is_used] = 1 - (spectrum.modes**2) @ _left(spectrum, smoothing)
+    return np.asarray(np.clip(shares, 0.0, 1.0))
+
+
 def cross_validate(spectra: Sequence[Spectrum]) -> CrossValidation:
     """Return the generalised cross-validation of a smoothing that several splines share.
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Literal
 
 from flyreg_core.errors import LandmarkError
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.handles import Handle, HandleParameters, Point
-from flyreg_core.landmarks import LandmarkPair, Place
-from flyreg_core.project import Brain, Project, Snapshot
+from flyreg_core.landmarks import HalfName, Kind, LandmarkPair, Place
+from flyreg_core.project import Brain, NeuropilFile, Project, Snapshot
+from flyreg_core.project import Role as Role
 from flyreg_core.trim import TrimParameters
 
 PASSES_OF_THE_PAPER = 500
-Role = Literal["source", "target"]
 Side = Literal["right", "left"]
 
 
@@ -25,15 +25,35 @@ def set_weight(project: Project, identifier: str, weight: float) -> Project:
 
 def set_weights(project: Project, identifiers: Iterable[str], weight: float) -> Project:
     """Give several landmark pairs the same weight."""
-    chosen = set(identifiers)
+    return set_each_weight(project, dict.fromkeys(identifiers, weight))
+
+
+def set_each_weight(project: Project, weights: Mapping[str, float]) -> Project:
+    """Give several landmark pairs a weight each, by id."""
     own = {pair.id for pair in project.pairs}
     return replace(
         project,
         pairs=tuple(
-            replace(pair, weight=weight) if pair.id in chosen else pair for pair in project.pairs
+            replace(pair, weight=weights[pair.id]) if pair.id in weights else pair
+            for pair in project.pairs
         ),
-        weights={**project.weights, **dict.fromkeys(sorted(chosen - own), weight)},
+        weights={
+            **project.weights,
+            **{pair: weight for pair, weight in sorted(weights.items()) if pair not in own},
+        },
     )
+
+
+def set_muted(project: Project, identifiers: Iterable[str], muted: bool) -> Project:
+    """Have pairs keep their weights without pulling, or pull again."""
+    chosen = set(identifiers)
+    kept = set(project.muted) | chosen if muted else set(project.muted) - chosen
+    return replace(project, muted=tuple(sorted(kept)))
+
+
+def set_solo(project: Project, identifiers: Iterable[str]) -> Project:
+    """Have only these pairs pull, and the corners; none of them: all pull again."""
+    return replace(project, solo=tuple(sorted(set(identifiers))))
 
 
 def set_smoothing(project: Project, smoothing: float) -> Project:
@@ -61,8 +81,65 @@ def remove_pairs(project: Project, identifiers: Iterable[str]) -> Project:
     """Remove pairs of the user's own; pairs on the boundary are left out by weight 0 instead."""
     chosen = set(identifiers)
     own = {pair.id for pair in project.pairs}
-    kept = replace(project, pairs=tuple(pair for pair in project.pairs if pair.id not in chosen))
+    kept = replace(
+        project,
+        pairs=tuple(pair for pair in project.pairs if pair.id not in chosen),
+        muted=tuple(pair for pair in project.muted if pair not in chosen & own),
+        solo=tuple(pair for pair in project.solo if pair not in chosen & own),
+    )
     return set_weights(kept, chosen - own, 0.0) if chosen - own else kept
+
+
+def merge_pairs(project: Project, pairs: Iterable[LandmarkPair]) -> Project:
+    """Take pairs of a file over: one of a name that is known moves its ends, others are added."""
+    for pair in pairs:
+        known = next((own for own in project.pairs if own.name == pair.name), None)
+        if known is None:
+            taken = {own.id for own in project.pairs}
+            project = add_pair(project, replace(pair, id=_free_id(pair.id, taken)))
+            continue
+        ends = {"source": pair.source or known.source, "target": pair.target or known.target}
+        moved = replace(pair, id=known.id, color=known.color, **ends)  # type: ignore[arg-type]
+        project = _replace_pair(project, known.id, **vars(moved))
+    return project
+
+
+def _free_id(wanted: str, taken: set[str]) -> str:
+    return next(
+        name
+        for number in range(len(taken) + 1)
+        if (name := wanted if number == 0 else f"{wanted}-{number}") not in taken
+    )
+
+
+def add_unplaced(project: Project, names: Iterable[str]) -> Project:
+    """Add a pair that is still to be placed for each name that no pair has."""
+    known = {pair.name for pair in project.pairs}
+    new = (
+        LandmarkPair(f"user-{name}", name, "interior", None, None, None)
+        for name in dict.fromkeys(names)
+        if name not in known
+    )
+    return merge_pairs(project, new)
+
+
+def recolor_pairs(
+    project: Project, identifiers: Iterable[str], color: tuple[int, int, int] | None
+) -> Project:
+    """Give pairs of the user's own a colour (red, green, blue; 0 to 255), or that of their kind."""
+    for identifier in identifiers:
+        project = _replace_pair(project, identifier, color=color)
+    return project
+
+
+def add_neuropils(project: Project, file: NeuropilFile) -> Project:
+    """Add a file with neuropils."""
+    return replace(project, neuropils=tuple(dict.fromkeys((*project.neuropils, file))))
+
+
+def remove_neuropils(project: Project) -> Project:
+    """Forget all neuropils."""
+    return replace(project, neuropils=())
 
 
 def accept_suggestions(project: Project, suggested: Iterable[LandmarkPair]) -> Project:
@@ -100,10 +177,35 @@ def place_pair(project: Project, identifier: str, role: Role, place: Place) -> P
     return replace(project, moved={**project.moved, identifier: min(max(place, 0.0), 1.0)})
 
 
+def place_end(
+    project: Project,
+    identifier: str,
+    role: Role,
+    kind: Kind,
+    half: HalfName | None,
+    place: Place,
+) -> Project:
+    """Place one end of a pair of the user's own, which may change its kind while it has no other.
+
+    Raises
+    ------
+    LandmarkError
+        Its other end lies on another curve, or on none.
+    """
+    pair = next(own for own in project.pairs if own.id == identifier)
+    other = pair.target if role == "source" else pair.source
+    if other is not None and (pair.kind, pair.half) != (kind, half):
+        raise LandmarkError(f"landmark {pair.name} is {pair.kind} and cannot be {kind} as well")
+    if other is None:
+        pair = replace(pair, kind=kind, half=half, source=None, target=None)
+    placed = replace(pair, **{role: place})  # type: ignore[arg-type]
+    return _replace_pair(project, identifier, **vars(placed))
+
+
 def keep_snapshot(project: Project, name: str) -> Project:
-    """Remember the weights and the smoothing of now under a name."""
+    """Remember under a name how strongly landmarks pull now, and the smoothing."""
     own = {pair.id: pair.weight for pair in project.pairs}
-    kept = Snapshot(project.weights, own, project.smoothing)
+    kept = Snapshot(project.weights, own, project.smoothing, project.muted, project.solo)
     return replace(project, snapshots={**project.snapshots, name: kept})
 
 
@@ -123,7 +225,14 @@ def take_snapshot(project: Project, name: str) -> Project:
     pairs = tuple(
         replace(pair, weight=kept.pair_weights.get(pair.id, pair.weight)) for pair in project.pairs
     )
-    return replace(project, pairs=pairs, weights=kept.weights, smoothing=kept.smoothing)
+    return replace(
+        project,
+        pairs=pairs,
+        weights=kept.weights,
+        muted=kept.muted,
+        solo=kept.solo,
+        smoothing=kept.smoothing,
+    )
 
 
 def set_brain(project: Project, role: Role, brain: Brain) -> Project:

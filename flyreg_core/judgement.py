@@ -17,13 +17,13 @@ from flyreg_core.cross_validation import (
     cross_validate,
     find_spectrum,
     leave_one_out,
+    leverages,
 )
 from flyreg_core.errors import LandmarkError
 from flyreg_core.landmarks import HALVES, HalfName
-from flyreg_core.lift import Locators, Registration, WarpedHalf, lift
+from flyreg_core.lift import Locators, Registration, WarpedHalf, lift_places
 from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid
 from flyreg_core.mesh import Floats
-from flyreg_core.rectangle import from_plane
 from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline
 
 
@@ -33,6 +33,7 @@ class Judgement:
 
     cross_validation: CrossValidation
     leave_one_out_um: Mapping[str, float]  # by id of the landmarks in use
+    leverage: Mapping[str, float]  # 0 to 1: how far a landmark decides its own place, by id
     folds_by_landmark: Mapping[str, int]  # vertices moved to mend folds, by id of who is nearest
     there_and_back_um: Floats  # (n,) by how much vertices of the halves miss where they came from
 
@@ -47,30 +48,35 @@ def judge(
 ) -> Judgement:
     """Return how well each landmark is foretold by all others, and which ones fold the surface.
 
-    A landmark that both halves share has the larger of its two errors. The way back is the spline
-    that registers the target to the source with the same pairs, weights and smoothing.
+    A landmark that both halves share has the larger of its two errors, and of its leverages. The way
+    back is the spline that registers the target to the source with the same pairs, weights and
+    smoothing.
     """
     spectra: list[Spectrum] = []
     errors: dict[str, float] = {}
+    shares: dict[str, float] = {}
     folds: Counter[str] = Counter()
     surface = target.dissection.surface.vertices
     returns = []
     for half in HALVES:
         acting = [mark for mark in landmarks if half in mark.plane]
         ends = np.array([mark.plane[half] for mark in acting])
-        weights = np.array([mark.pair.weight for mark in acting])
+        weights = np.array([mark.weight for mark in acting])
         spectrum = find_spectrum(ends[:, 0], ends[:, 1], weights)
         spectra.append(spectrum)
         misses = leave_one_out(spectrum, smoothing)
+        for mark, share in zip(acting, leverages(spectrum, smoothing).tolist(), strict=True):
+            if mark.weight > 0:
+                shares[mark.pair.id] = max(share, shares.get(mark.pair.id, 0.0))
         known = np.flatnonzero(np.isfinite(misses).all(axis=1))
         foretold = ends[known, 1] - misses[known]
-        there = _lifted(half, target, locators.halves[half], foretold, surface)
+        there = lift_places(half, target, locators.halves[half], foretold, surface)
         for number, place in zip(known, there, strict=True):
             mark = acting[number]
             error = float(np.linalg.norm(place - mark.target_point))
             errors[mark.pair.id] = max(error, errors.get(mark.pair.id, 0.0))
         folded = source.halves[half].plane[registration.halves[half].is_mended]
-        used = [number for number, mark in enumerate(acting) if mark.pair.weight > 0]
+        used = [number for number, mark in enumerate(acting) if mark.weight > 0]
         nearest = np.asarray(KDTree(ends[used, 0]).query(folded)[1])
         folds.update(acting[used[number]].pair.id for number in nearest.tolist())
         with suppress(LandmarkError):  # targets at one place cannot be told apart on the way back
@@ -78,7 +84,7 @@ def judge(
             grid, warped = locators.halves[half], registration.halves[half]
             returns.append(_misses(source, target, half, grid, warped, back))
     returned = np.concatenate(returns) if len(returns) == len(HALVES) else np.zeros(0)
-    return Judgement(cross_validate(spectra), errors, dict(folds.most_common()), returned)
+    return Judgement(cross_validate(spectra), errors, shares, dict(folds.most_common()), returned)
 
 
 def _misses(
@@ -94,17 +100,7 @@ def _misses(
     They lie on the target's faces, whose vertices the way back carries to the source's surface.
     """
     own, other, surface = source.halves[half], target.halves[half], source.dissection.surface
-    carried = _lifted(half, source, strip_grid(own.flat), back(other.plane), surface.vertices)
+    carried = lift_places(half, source, strip_grid(own.flat), back(other.plane), surface.vertices)
     face, barycentric = find_triangles(grid, once_around(warped.flat.uv), warped.face)
     points = np.einsum("ij,ijk->ik", barycentric, carried[other.faces[face]])
     return np.asarray(np.linalg.norm(points - surface.vertices[own.vertex_of], axis=1))
-
-
-def _lifted(
-    half: HalfName, brain: FlatBrain, grid: TriangleGrid, places: Floats, surface: Floats
-) -> Floats:
-    """Return the (k, 3) points of a brain's surface at (k, 2) places of the rectangle."""
-    other = brain.halves[half]
-    u, beta = from_plane(places)
-    uv = np.stack([u, other.law.v(np.clip(beta, 0.0, 1.0))], axis=1)
-    return lift(uv, other, grid, surface)

@@ -94,6 +94,27 @@ def read_landmark_pairs(path: Path, role: Role = "source") -> tuple[NamedPair, .
     return tuple(pair for _, pair in rows)
 
 
+def read_template(path: Path) -> tuple[str, ...]:
+    """Return the names of landmarks that are to be placed, one on each line or in a first column.
+
+    Lines that start with # are comments; what follows a comma is left out.
+
+    Raises
+    ------
+    InputError
+        The file is missing, empty or not text.
+    LandmarkError
+        It has no name, or one twice.
+    """
+    rows = csv.reader(io.StringIO(read_text(path)))
+    names = [row[0].strip() for row in rows if row and row[0].strip()[:1] not in ("", "#")]
+    if not names:
+        raise LandmarkError(f"{path} has no names of landmarks; write one on each line")
+    if twice := [name for name in dict.fromkeys(names) if names.count(name) > 1]:
+        raise LandmarkError(f"{path} has the name {twice[0]} twice; rename one of them")
+    return tuple(names)
+
+
 def joined(source: Iterable[NamedPair], target: Iterable[NamedPair]) -> tuple[NamedPair, ...]:
     """Return landmarks of two brains put together by name, those of the target alone at the end."""
     ends = {pair.name: pair for pair in target}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -19,6 +20,10 @@ HALVES: tuple[HalfName, HalfName] = ("anterior", "posterior")
 CURVES: tuple[CurveName, ...] = ("upper", "lower", "left", "right", "hole")
 SHARED_CURVES: tuple[CurveName, ...] = ("upper", "lower", "hole")
 """The curves along which the two halves meet; left and right belong to one half each."""
+CORNERS = tuple(
+    f"corner-{curve}-{side}" for curve in ("upper", "lower") for side in ("right", "left")
+)
+"""Ids of the pairs at the corners of the rectangle, which hold it in place when others play solo."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,7 @@ class LandmarkPair:
     target: Place | None
     weight: float = 1.0  # 0: not used
     origin: Literal["boundary", "suggested", "user"] = "user"
+    color: tuple[int, int, int] | None = None  # red, green, blue, 0 to 255; None: that of its kind
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.weight) and self.weight >= 0):
@@ -53,6 +59,40 @@ class LandmarkPair:
     def is_placed(self) -> bool:
         """Tell whether both ends are known."""
         return self.source is not None and self.target is not None
+
+
+LEAST_GAP = 1e-3
+"""Landmarks of one curve stay so far apart, as a share of it."""
+
+
+def kept_in_order(share: float, pair: LandmarkPair, others: Iterable[LandmarkPair]) -> float:
+    """Return the target share of a pair on a curve nearest to `share` that passes no neighbour.
+
+    Others on the same curve follow each other on the target as they do on the source, so that
+    the curve is not turned round anywhere.
+    """
+    start, end = pair.source, pair.target
+    if not (isinstance(start, float) and isinstance(end, float)):
+        return share
+    ways = [
+        (other.source - start, other.target - end)
+        for other in others
+        if (other.kind, other.half) == (pair.kind, pair.half)
+        and other.id != pair.id
+        and isinstance(other.source, float)
+        and isinstance(other.target, float)
+    ]
+    if pair.kind == "hole":  # closed: the next one is a neighbour either way
+        ways = [(ahead % 1.0, gap % 1.0) for ahead, gap in ways]
+        ways += [(ahead - 1.0, gap - 1.0) for ahead, gap in ways]
+        way = (share - end + 0.5) % 1.0 - 0.5
+    else:
+        ways += [(-2.0, -end - LEAST_GAP), (2.0, 1.0 - end + LEAST_GAP)]
+        way = share - end
+    _, after = min(((ahead, gap) for ahead, gap in ways if ahead > 0), default=(1.0, 1.0))
+    _, before = max(((ahead, gap) for ahead, gap in ways if ahead < 0), default=(-1.0, -1.0))
+    moved = end + min(max(way, before + LEAST_GAP), after - LEAST_GAP)
+    return moved % 1.0 if pair.kind == "hole" else moved
 
 
 @dataclass(frozen=True)

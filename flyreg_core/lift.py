@@ -19,7 +19,14 @@ from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import orientations
 from flyreg_core.progress import Report
-from flyreg_core.rectangle import RadialLaw, perimeter_share, to_plane, u_of_perimeter, wrapped
+from flyreg_core.rectangle import (
+    RadialLaw,
+    from_plane,
+    perimeter_share,
+    to_plane,
+    u_of_perimeter,
+    wrapped,
+)
 from flyreg_core.strip_warp import draw_along, to_strip
 from flyreg_core.unfold import Unfolded, unfold
 
@@ -177,6 +184,16 @@ def lift(
     table = lift_table(target, grid, points)
     _lift_into(lifted, np.arange(len(uv)), uv, target.name, grid, table, None)
     return lifted
+
+
+def lift_places(
+    half: HalfName, brain: FlatBrain, grid: TriangleGrid, places: Floats, surface: Floats
+) -> Floats:
+    """Return the (k, 3) points of a brain's surface at (k, 2) places of the rectangle."""
+    other = brain.halves[half]
+    u, beta = from_plane(places)
+    uv = np.stack([u, other.law.v(np.clip(beta, 0.0, 1.0))], axis=1)
+    return lift(uv, other, grid, surface)
 
 
 def _lift_into(

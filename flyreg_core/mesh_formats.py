@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -68,6 +69,36 @@ def decode(content: bytes, path: Path) -> Geometry:
         ) from error
     _check_indices(faces, len(vertices), path)
     return vertices, faces
+
+
+def decode_parts(content: bytes, path: Path) -> Mapping[str, Geometry]:
+    """Return the named parts of a mesh file; one that names none is one part, named as the file.
+
+    Parts are the groups and objects of .obj, the meshes of .gltf and .glb, the regions of .surf.
+
+    Raises
+    ------
+    InputError
+        As `decode` does.
+    """
+    whole = decode(content, path)  # tells what is wrong with the file
+    match path.suffix.lower():
+        case ".surf":
+            vertices, regions = amira_format.decode_regions(content)
+            parts = {name: (vertices, faces) for name, faces in regions.items()}
+        case ".gltf" | ".glb":
+            parts = {name: _merged(*_arrays(part)) for name, part in _named_meshes(content, path)}
+        case ".obj":
+            vertices, polygons, names = _read_obj(content, path)
+            parts = {
+                name: (vertices, vtk_format.triangles(itertools.compress(polygons, own)))
+                for name in dict.fromkeys(names)
+                if (own := [other == name for other in names])
+            }
+        case _:
+            parts = {}
+    is_named = any(name for name in parts)
+    return parts if is_named else {path.stem: whole}
 
 
 def check_writable(suffix: str) -> None:
@@ -164,6 +195,17 @@ def _merged(vertices: Floats, faces: Integers) -> Geometry:
 
 
 def _decode_with_trimesh(content: bytes, path: Path) -> Geometry:
+    vertices, faces = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)]
+    for _, geometry in _named_meshes(content, path):
+        start = sum(map(len, vertices))
+        points, part = _arrays(geometry)
+        vertices.append(points)
+        faces.append(part + start)
+    return np.concatenate(vertices), np.concatenate(faces)
+
+
+def _named_meshes(content: bytes, path: Path) -> list[tuple[str, Any]]:
+    """Return the parts of a file, each where the scene's transforms put it, with their names."""
     import trimesh
 
     scene = trimesh.load_scene(
@@ -172,23 +214,33 @@ def _decode_with_trimesh(content: bytes, path: Path) -> Geometry:
         resolver=trimesh.resolvers.FilePathResolver(str(path)),
         process=False,
     )
-    vertices, faces = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)]
-    geometry: Any
-    for geometry in scene.dump():  # each part where the scene's transforms put it
-        start = sum(map(len, vertices))
-        vertices.append(np.asarray(geometry.vertices, dtype=np.float64).reshape(-1, 3))
-        part = np.asarray(getattr(geometry, "faces", ()), dtype=np.int64).reshape(-1, 3)
-        faces.append(part + start)
-    return np.concatenate(vertices), np.concatenate(faces)
+    return [(str(part.metadata.get("name", "")), part) for part in scene.dump()]
+
+
+def _arrays(geometry: Any) -> Geometry:
+    faces = np.asarray(getattr(geometry, "faces", ()), dtype=np.int64).reshape(-1, 3)
+    return np.asarray(geometry.vertices, dtype=np.float64).reshape(-1, 3), faces
 
 
 def _decode_obj(content: bytes, path: Path) -> Geometry:
-    """Read vertices and faces as they are; trimesh would drop, reorder and repeat vertices."""
+    vertices, polygons, _ = _read_obj(content, path)
+    return vertices, vtk_format.triangles(polygons)
+
+
+def _read_obj(content: bytes, path: Path) -> tuple[Floats, list[list[int]], list[str]]:
+    """Return vertices, polygons as they are, and the group or object of each.
+
+    Trimesh would drop, reorder and repeat vertices.
+    """
     vertices: list[list[float]] = []
     polygons: list[list[int]] = []
+    groups: list[str] = []
+    group = ""
     text = content.decode("utf-8", "replace").replace("\\\n", " ")
     for number, line in enumerate(text.splitlines(), start=1):
         keyword, *words = line.split() or [""]
+        if keyword in ("g", "o"):
+            group = " ".join(words)
         if keyword not in ("v", "f"):
             continue
         if len(words) < 3:
@@ -201,7 +253,8 @@ def _decode_obj(content: bytes, path: Path) -> Geometry:
         else:
             indices = (int(word.partition("/")[0]) for word in words)
             polygons.append([_from_zero(index, len(vertices)) for index in indices])
-    return np.array(vertices, dtype=np.float64).reshape(-1, 3), vtk_format.triangles(polygons)
+            groups.append(group)
+    return np.array(vertices, dtype=np.float64).reshape(-1, 3), polygons, groups
 
 
 def _from_zero(index: int, n_vertices: int) -> int:

@@ -215,7 +215,8 @@ class Pipeline:
         if to_target is not None:
             automatic += self._suggest(pair, project.boundary.per_half, report=report)
         pairs = (*with_decisions(automatic, project.weights, project.moved), *project.pairs)
-        placements = self._place(source.flat, target.flat, pairs, report=report)
+        muted = tuple(pair.id for pair in pairs if project.is_muted(pair.id))
+        placements = self._place(source.flat, target.flat, pairs, muted, report=report)
         locators = self._locators(target.flat, report=report)
         places = self._bend_flat(placements, project.smoothing, measure, report)
         registration = self._lift(
@@ -240,9 +241,15 @@ class Pipeline:
         )
 
     def _placed(
-        self, source: FlatBrain, target: FlatBrain, pairs: tuple[LandmarkPair, ...], report: Report
+        self,
+        source: FlatBrain,
+        target: FlatBrain,
+        pairs: tuple[LandmarkPair, ...],
+        muted: tuple[str, ...],
+        report: Report,
     ) -> Placements:
-        self._placements = place_all(source, target, pairs, self._placements, report)
+        last = self._placements
+        self._placements = place_all(source, target, pairs, last, report, frozenset(muted))
         return self._placements
 
     def _bend_flat(

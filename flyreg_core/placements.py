@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,7 +36,7 @@ class Placements:
     def weights(self, half: HalfName) -> Floats:
         """Return how much the landmarks that act in a half weigh."""
         rows = self.geometry.acting[half].tolist()
-        return np.array([self.landmarks[row].pair.weight for row in rows])
+        return np.array([self.landmarks[row].weight for row in rows])
 
 
 def place_all(
@@ -45,8 +45,12 @@ def place_all(
     pairs: tuple[LandmarkPair, ...],
     last: Placements | None,
     report: Report,
+    muted: Collection[str] = (),
 ) -> Placements:
-    """Return where the complete pairs lie; those that `last` knows are not looked for again."""
+    """Return where the complete pairs lie; those that `last` knows are not looked for again.
+
+    Those whose ids are among `muted` keep their weights but do not pull.
+    """
     report(0.0, "placing landmarks")
     known: dict[str, PlacedLandmark] = {}
     if last is not None and last.source is source and last.target is target:
@@ -54,7 +58,7 @@ def place_all(
     complete = [pair for pair in pairs if pair.is_placed]
     new = tuple(pair for pair in complete if not _is_there(known.get(pair.id), pair))
     known |= {mark.pair.id: mark for mark in place_landmarks(source, target, new)}
-    landmarks = tuple(_renewed(known[pair.id], pair) for pair in complete)
+    landmarks = tuple(_renewed(known[pair.id], pair, pair.id in muted) for pair in complete)
     is_as_before = (
         last is not None
         and not new
@@ -78,8 +82,10 @@ def _is_there(mark: PlacedLandmark | None, pair: LandmarkPair) -> bool:
     )
 
 
-def _renewed(mark: PlacedLandmark, pair: LandmarkPair) -> PlacedLandmark:
-    return mark if mark.pair is pair else replace(mark, pair=pair)
+def _renewed(mark: PlacedLandmark, pair: LandmarkPair, is_muted: bool) -> PlacedLandmark:
+    if mark.pair is pair and mark.is_muted == is_muted:
+        return mark
+    return replace(mark, pair=pair, is_muted=is_muted)
 
 
 def _geometry(landmarks: tuple[PlacedLandmark, ...]) -> Geometry:

@@ -11,13 +11,14 @@ from flyreg_core.cut_height import CutParameters
 from flyreg_core.errors import InputError, LandmarkError
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.handles import HandleParameters
-from flyreg_core.landmarks import LandmarkPair, LandmarkParameters
+from flyreg_core.landmarks import CORNERS, LandmarkPair, LandmarkParameters
 from flyreg_core.pose import PoseParameters
 from flyreg_core.simplify import SimplifyParameters
 from flyreg_core.smooth import SmoothParameters
 from flyreg_core.solid import SolidParameters
 from flyreg_core.trim import TrimParameters
 
+Role = Literal["source", "target"]
 Unit = Literal["nm", "um", "mm"]
 InputKind = Literal["surface", "point cloud", "label volume"]
 
@@ -60,12 +61,22 @@ class Brain:
 
 
 @dataclass(frozen=True)
+class NeuropilFile:
+    """A file with surfaces of neuropils, and the brain in whose coordinates they are."""
+
+    input: BrainInput
+    role: Role
+
+
+@dataclass(frozen=True)
 class Snapshot:
     """Weights and smoothing as they once were, to go back to or to compare with."""
 
     weights: Mapping[str, float]  # of boundary pairs, by id; default 1
     pair_weights: Mapping[str, float]  # of the user's own pairs, by id
     smoothing: float
+    muted: tuple[str, ...] = ()
+    solo: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         _check_strengths({**self.weights, **self.pair_weights}, self.smoothing)
@@ -85,12 +96,21 @@ class Project:
     moved: Mapping[str, float] = field(
         default_factory=dict
     )  # target shares of boundary pairs, by id
+    muted: tuple[str, ...] = ()  # ids of pairs that keep their weight but do not pull
+    solo: tuple[str, ...] = ()  # ids of the only pairs that pull, besides the corners; () for all
     smoothing: float = 1e-2  # lambda of the spline
+    neuropils: tuple[NeuropilFile, ...] = ()  # regions near which landmarks are weighted together
     view: Mapping[str, object] = field(default_factory=dict)  # what the window restores
     snapshots: Mapping[str, Snapshot] = field(default_factory=dict)  # by name: "A", "B"
 
     def __post_init__(self) -> None:
         _check_strengths(self.weights, self.smoothing)
+
+    def is_muted(self, identifier: str) -> bool:
+        """Tell whether a pair keeps its weight but does not pull: muted, or others play solo."""
+        if self.solo:
+            return identifier not in self.solo and identifier not in CORNERS
+        return identifier in self.muted
 
 
 def _check_strengths(weights: Mapping[str, float], smoothing: float) -> None:

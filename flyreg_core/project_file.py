@@ -23,7 +23,7 @@ FORMAT = 4
 UPGRADES: Mapping[int, Callable[[dict[str, Any]], dict[str, Any]]] = {
     1: dict,  # format 2 adds what kind of input a brain is; without it, it is a surface
     2: dict,  # format 3 adds pairing by shape; what a project says about pairing stays
-    3: dict,  # format 4 adds snapshots; without them there are none
+    3: dict,  # format 4 adds mute, solo, colours, neuropils and snapshots; none before
 }
 """For each older format, what turns the content of a file of it into that of the next format."""
 

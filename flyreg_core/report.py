@@ -241,6 +241,7 @@ def _certificate(flat: FlatMesh) -> Facts:
 def _landmarks(results: Results) -> list[Facts]:
     judgement = results.judgement
     foretold = judgement.leave_one_out_um if judgement else {}
+    leverage = judgement.leverage if judgement else {}
     residual = results.registration.residual_um
     return [
         {
@@ -249,8 +250,10 @@ def _landmarks(results: Results) -> list[Facts]:
             "kind": mark.pair.kind,
             "origin": mark.pair.origin,
             "weight": mark.pair.weight,
+            "is_muted": mark.is_muted,
             "residual_um": residual.get(mark.pair.id),
             "leave_one_out_um": foretold.get(mark.pair.id),
+            "leverage": leverage.get(mark.pair.id),
         }
         for mark in results.landmarks
     ]
@@ -331,9 +334,9 @@ def weight_influence(results: Results) -> Floats:
     for half in HALVES:
         flat = results.source.halves[half]
         for mark in results.landmarks:
-            if half in mark.plane and mark.pair.weight > 0:
+            if half in mark.plane and mark.weight > 0:
                 away = np.linalg.norm(flat.plane - mark.plane[half][0], axis=1) / INFLUENCE_WIDTH
-                influence[flat.vertex_of] += mark.pair.weight * np.exp(-(away**2) / 2)
+                influence[flat.vertex_of] += mark.weight * np.exp(-(away**2) / 2)
     return influence
 
 

@@ -20,6 +20,9 @@ from flyreg_core.simplify import Simplified
 from flyreg_core.surface_distance import Distances
 from flyreg_core.torus import Torus
 
+MOST_NAMED = 5
+"""So many landmarks are named in one warning."""
+
 
 @dataclass(frozen=True, eq=False)
 class PreparedBrain:
@@ -118,11 +121,8 @@ def find_warnings(
         warnings += [
             f"{name}: {text}" for text in (*brain.torus.warnings, *brain.simplified.warnings)
         ]
-    warnings += [
-        f"landmark {pair.name} has only one end and is not used"
-        for pair in pairs
-        if not pair.is_placed
-    ]
+    if lacking := [pair.name for pair in pairs if not pair.is_placed]:
+        warnings.append(_lacking(lacking))
     warnings += [
         f"landmark {mark.pair.name} lies on different halves, or beyond a trim plane, and is not used"
         for mark in landmarks
@@ -133,3 +133,11 @@ def find_warnings(
         if warped.flipped:
             warnings.append(f"{warped.flipped} triangles of the {half} half are folded")
     return tuple(warnings)
+
+
+def _lacking(names: list[str]) -> str:
+    """Say which landmarks are still to be placed."""
+    listed = ", ".join(names[:MOST_NAMED]) + (" and others" if len(names) > MOST_NAMED else "")
+    if len(names) == 1:
+        return f"landmark {listed} is not placed on both brains and is not used"
+    return f"{len(names)} landmarks are not placed on both brains and are not used: {listed}"

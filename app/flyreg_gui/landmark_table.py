@@ -3,22 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt
+import numpy as np
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QModelIndex,
+    QObject,
+    QPersistentModelIndex,
+    Qt,
+    Signal,
+)
 from PySide6.QtGui import QColor
 
 from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.project import Project
 from flyreg_core.results import Results
-from flyreg_gui.theme import KIND_COLORS, OFF
+from flyreg_gui.theme import KIND_COLORS, OFF, current_theme
 
 Index = QModelIndex | QPersistentModelIndex
 ROOT = QModelIndex()
 SORT_ROLE = Qt.ItemDataRole.UserRole
 ID_ROLE = Qt.ItemDataRole.UserRole + 1
+OUTLYING = 5.0
+"""A leave-one-out error so many times as far from the median as is usual stands out."""
+LEAST_SUSPICIOUS_UM = 5.0
+"""An error below this never stands out: a fly's brain is some 300 um wide."""
 
 
 class Column(IntEnum):
@@ -28,15 +40,61 @@ class Column(IntEnum):
     PLACE = 1
     WEIGHT = 2
     RESIDUAL = 3
+    FORETOLD = 4
+    LEVERAGE = 5
 
 
-HEADERS = ("Landmark", "Curve", "Weight", "Resid.")
+HEADERS = ("Landmark", "Curve", "Weight", "Resid.", "Left out", "Lev. %")
 HEADER_TIPS = (
-    "Double-click a landmark of your own to rename it",
+    "Untick a landmark to see what happens without it; double-click one of your own to rename it",
     "The curve a landmark lies on, and the half if it belongs to one only",
     "How strongly a pair pulls: drag, or double-click the number; 0 leaves it out",
     "How far the moved source landmark is from the target landmark, in micrometres",
+    "How far off all other landmarks would put it, in micrometres: a wrong click stands out",
+    "How far a landmark decides its own place: 0 % not at all, 100 % nobody else has a say there",
 )
+NUMBERS = (Column.RESIDUAL, Column.FORETOLD, Column.LEVERAGE)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What results tell about the landmarks, by id."""
+
+    residual_um: Mapping[str, float] = field(default_factory=dict)
+    foretold_um: Mapping[str, float] = field(default_factory=dict)
+    leverage: Mapping[str, float] = field(default_factory=dict)
+    suspicious: frozenset[str] = frozenset()
+
+    @classmethod
+    def of(cls, results: Results | None) -> Judged:
+        """Return what is known; errors without a landmark are known once the hand rests."""
+        if results is None:
+            return cls()
+        residual, judgement = results.registration.residual_um, results.judgement
+        if judgement is None:
+            return cls(residual)
+        foretold = judgement.leave_one_out_um
+        return cls(residual, foretold, judgement.leverage, _outlying(foretold))
+
+    def number(self, column: Column, identifier: str) -> float | None:
+        """Return what one of the columns of numbers holds; None where it is not known."""
+        values = {
+            Column.RESIDUAL: self.residual_um,
+            Column.FORETOLD: self.foretold_um,
+            Column.LEVERAGE: self.leverage,
+        }
+        return values[column].get(identifier)
+
+
+def _outlying(errors: Mapping[str, float]) -> frozenset[str]:
+    """Return whose errors are far from the median, in terms of the median distance from it."""
+    values = np.array(list(errors.values()))
+    if not len(values):
+        return frozenset()
+    median = float(np.median(values))
+    spread = float(np.median(np.abs(values - median)))
+    limit = max(median + OUTLYING * spread, LEAST_SUSPICIOUS_UM)
+    return frozenset(name for name, error in errors.items() if error > limit)
 
 
 @dataclass(frozen=True)
@@ -44,7 +102,7 @@ class Row:
     """One landmark pair, with the weight that the project gives it now."""
 
     pair: LandmarkPair
-    residual_um: float | None  # None: not known yet
+    is_muted: bool = False
 
     @property
     def place(self) -> str:
@@ -53,43 +111,59 @@ class Row:
         by = ", suggested by shape" if self.pair.origin == "suggested" else ""
         return f"{self.pair.kind}{half}{by}"
 
+    @property
+    def lacking(self) -> str:
+        """On which brain the pair is still to be placed; empty if on none."""
+        lacks = [role for role in ("source", "target") if getattr(self.pair, role) is None]
+        return " and ".join(lacks)
+
+    @property
+    def is_acting(self) -> bool:
+        """Tell whether the pair pulls."""
+        return not self.is_muted and not self.lacking and self.pair.weight > 0
+
 
 class LandmarkTable(QAbstractTableModel):
     """The landmarks of the newest project, with what is known of them from the results."""
 
+    ticked = Signal(str, bool)  # id, whether it is to pull
+
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._pairs: list[LandmarkPair] = []
-        self._residuals: Mapping[str, float] = {}
+        self._rows: list[Row] = []
+        self._judged = Judged()
+        self._judged_of: object = None
         self._by_id: dict[str, LandmarkPair] = {}
 
     def show(self, project: Project | None, results: Results | None) -> None:
         """Show the landmarks of a project; `results` may be those of an earlier one."""
-        before, pairs = self._pairs, _pairs(project, results)
-        known, residuals = self._residuals, _residuals(results)
-        by_id = {pair.id: pair for pair in pairs}
+        before, rows = self._rows, _rows(project, results)
+        by_id = {row.pair.id: row.pair for row in rows}
         is_new = list(self._by_id) != list(by_id)
+        is_judged_anew = results is not self._judged_of
+        if is_judged_anew:
+            self._judged, self._judged_of = Judged.of(results), results
         if is_new:
             self.beginResetModel()
-        self._pairs, self._residuals, self._by_id = pairs, residuals, by_id
+        self._rows, self._by_id = rows, by_id
         if is_new:
             self.endResetModel()
             return
         changed = [
-            row
-            for row, (old, new) in enumerate(zip(before, self._pairs, strict=True))
-            if old is not new and old != new
+            number
+            for number, (old, new) in enumerate(zip(before, rows, strict=True))
+            if (old.pair is not new.pair and old != new) or old.is_muted != new.is_muted
         ]
         if changed:
             last = self.index(changed[-1], len(Column) - 1)
             self.dataChanged.emit(self.index(changed[0], 0), last)
-        if known is not self._residuals and self._pairs:
-            last = self.index(len(self._pairs) - 1, Column.RESIDUAL)
+        if is_judged_anew and rows:
+            last = self.index(len(rows) - 1, Column.LEVERAGE)
             self.dataChanged.emit(self.index(0, Column.RESIDUAL), last)
 
     def pair(self, row: int) -> LandmarkPair:
         """Return the pair in a row."""
-        return self._pairs[row]
+        return self._rows[row].pair
 
     def pair_of(self, identifier: str) -> LandmarkPair | None:
         """Return the pair with an id."""
@@ -104,7 +178,7 @@ class LandmarkTable(QAbstractTableModel):
 
     def rowCount(self, parent: Index = ROOT) -> int:
         """Return how many landmarks there are."""
-        return 0 if parent.isValid() else len(self._pairs)
+        return 0 if parent.isValid() else len(self._rows)
 
     def columnCount(self, parent: Index = ROOT) -> int:
         """Return how many columns there are."""
@@ -126,36 +200,98 @@ class LandmarkTable(QAbstractTableModel):
         flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
         if not index.isValid():
             return Qt.ItemFlag.NoItemFlags
-        own_name = index.column() == Column.NAME and self.pair(index.row()).origin == "user"
-        if own_name or index.column() == Column.WEIGHT:
+        is_name = index.column() == Column.NAME
+        if is_name:
+            flags |= Qt.ItemFlag.ItemIsUserCheckable
+        is_own = is_name and self.pair(index.row()).origin == "user"
+        if is_own or index.column() == Column.WEIGHT:
             flags |= Qt.ItemFlag.ItemIsEditable
         return flags
+
+    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        """Tell of a tick instead of keeping it; it is shown when the project has it."""
+        if role != Qt.ItemDataRole.CheckStateRole or not index.isValid():
+            return False
+        is_on = Qt.CheckState(value) == Qt.CheckState.Checked
+        self.ticked.emit(self.pair(index.row()).id, is_on)
+        return True
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         """Return what is shown in a cell, or known about its row."""
         if not index.isValid():
             return None
-        pair = self._pairs[index.row()]
-        row, column = Row(pair, self._residuals.get(pair.id)), Column(index.column())
+        row, column = self._rows[index.row()], Column(index.column())
         match role:
             case Qt.ItemDataRole.DisplayRole:
-                return _text(row, column)
+                return self._text(row, column)
             case Qt.ItemDataRole.EditRole:
                 return row.pair.weight if column == Column.WEIGHT else row.pair.name
-            case Qt.ItemDataRole.DecorationRole if column == Column.PLACE:
-                return QColor(*(KIND_COLORS[row.pair.kind] if row.pair.weight > 0 else OFF))
+            case Qt.ItemDataRole.CheckStateRole if column == Column.NAME:
+                return Qt.CheckState.Unchecked if row.is_muted else Qt.CheckState.Checked
+            case Qt.ItemDataRole.DecorationRole if column == Column.NAME:
+                return QColor(*color_of(row.pair, row.is_acting))
+            case Qt.ItemDataRole.ForegroundRole:
+                return self._ink(row, column)
             case Qt.ItemDataRole.ToolTipRole:
-                return _tip(row)
-            case Qt.ItemDataRole.TextAlignmentRole if column == Column.RESIDUAL:
+                return self._tip(row, column)
+            case Qt.ItemDataRole.TextAlignmentRole if column in NUMBERS:
                 return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             case _ if role == SORT_ROLE:
-                return _sort_key(row, column)
+                return self._sort_key(row, column)
             case _ if role == ID_ROLE:
                 return row.pair.id
         return None
 
+    def _text(self, row: Row, column: Column) -> str:
+        match column:
+            case Column.NAME:
+                return row.pair.name
+            case Column.PLACE:
+                return f"place on {row.lacking}" if row.lacking else row.pair.kind
+            case Column.WEIGHT:
+                return format_weight(row.pair.weight)
+            case Column.RESIDUAL if row.lacking:
+                return "half made" if " and " not in row.lacking else "to place"
+        number = self._judged.number(column, row.pair.id)
+        if number is None:
+            return ""
+        if column == Column.LEVERAGE:
+            return f"{100 * number:.0f}"
+        mark = "⚠ " if column == Column.FORETOLD and row.pair.id in self._judged.suspicious else ""
+        return f"{mark}{number:.2f}" if np.isfinite(number) else "alone"
 
-def _pairs(project: Project | None, results: Results | None) -> list[LandmarkPair]:
+    def _sort_key(self, row: Row, column: Column) -> Any:
+        match column:
+            case Column.NAME:
+                return row.pair.name
+            case Column.PLACE:
+                return row.place
+            case Column.WEIGHT:
+                return row.pair.weight
+        number = self._judged.number(column, row.pair.id)
+        return -1.0 if number is None else number
+
+    def _ink(self, row: Row, column: Column) -> QColor | None:
+        if row.lacking or (column == Column.FORETOLD and row.pair.id in self._judged.suspicious):
+            return QColor(*current_theme().bad)
+        return None if row.is_acting else QColor(*current_theme().faint)
+
+    def _tip(self, row: Row, column: Column) -> str:
+        if row.lacking:
+            return (
+                f"{row.pair.name}: not placed on the {row.lacking} yet; select it and click its "
+                "place in landmark mode"
+            )
+        if column == Column.FORETOLD and row.pair.id in self._judged.suspicious:
+            return (
+                f"{row.pair.name}: the other landmarks would put it "
+                f"{self._judged.foretold_um[row.pair.id]:.1f} µm away, far more than is usual here; "
+                "see whether both ends are at the same place of the brain"
+            )
+        return _tip(row)
+
+
+def _rows(project: Project | None, results: Results | None) -> list[Row]:
     """Return all pairs, with the weights that the project gives them now."""
     if project is None:
         return []
@@ -166,35 +302,14 @@ def _pairs(project: Project | None, results: Results | None) -> list[LandmarkPai
             usual = 1.0 if pair.origin == "boundary" else pair.weight
             weight = project.weights.get(pair.id, usual)
             pairs.append(pair if pair.weight == weight else replace(pair, weight=weight))
-    return [*pairs, *project.pairs]
+    return [Row(pair, project.is_muted(pair.id)) for pair in (*pairs, *project.pairs)]
 
 
-def _residuals(results: Results | None) -> Mapping[str, float]:
-    return results.registration.residual_um if results is not None else {}
-
-
-def _text(row: Row, column: Column) -> str:
-    match column:
-        case Column.NAME:
-            return row.pair.name
-        case Column.PLACE:
-            return row.pair.kind
-        case Column.WEIGHT:
-            return format_weight(row.pair.weight)
-        case Column.RESIDUAL:
-            return "" if row.residual_um is None else f"{row.residual_um:.2f}"
-
-
-def _sort_key(row: Row, column: Column) -> Any:
-    match column:
-        case Column.NAME:
-            return row.pair.name
-        case Column.PLACE:
-            return row.place
-        case Column.WEIGHT:
-            return row.pair.weight
-        case Column.RESIDUAL:
-            return -1.0 if row.residual_um is None else row.residual_um
+def color_of(pair: LandmarkPair, is_acting: bool) -> tuple[int, int, int]:
+    """Return the colour of a landmark: its own, that of its kind, or grey where it does not pull."""
+    if not is_acting:
+        return OFF
+    return pair.color or KIND_COLORS[pair.kind]
 
 
 def _tip(row: Row) -> str:
@@ -202,9 +317,12 @@ def _tip(row: Row) -> str:
     if weight == 0:
         return f"{row.pair.name} ({row.place}): weight 0, left out of the spline"
     inverse = f"W⁻¹ entry {1 / weight:.4g}"
-    return f"{row.pair.name} ({row.place}): weight {format_weight(weight)}, {inverse}"
+    muted = "; muted, so it does not pull" if row.is_muted else ""
+    return f"{row.pair.name} ({row.place}): weight {format_weight(weight)}, {inverse}{muted}"
 
 
 def format_weight(weight: float) -> str:
     """Return a weight as the user reads it; 0 is "off"."""
-    return f"{weight:.3g}" if weight > 0 else "off"
+    if weight <= 0:
+        return "off"
+    return f"{weight:.2g}" if weight < 0.1 else f"{weight:.3g}"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QCloseEvent, QKeyEvent, QKeySequence, QPixmap
+from flyreg_resources import landmark_lists
+from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtGui import QActionGroup, QCloseEvent, QKeyEvent, QKeySequence, QPixmap
 from PySide6.QtWidgets import (
     QAbstractButton,
     QDockWidget,
@@ -33,10 +34,15 @@ from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.drops import Drops
 from flyreg_gui.files import FileCommands
 from flyreg_gui.help_window import HelpWindow, help_pages
+from flyreg_gui.judging import ORIGINS, Judging
 from flyreg_gui.keymap import Keymap
-from flyreg_gui.landmark_mode import LandmarkMode
+from flyreg_gui.landmark_commands import LandmarkCommands
+from flyreg_gui.landmark_mode import KINDS, LandmarkMode
 from flyreg_gui.modes import Mode, Modes
+from flyreg_gui.neuropils import Neuropils
 from flyreg_gui.panels.banner import Banner
+from flyreg_gui.panels.fold_alarm import FoldAlarm
+from flyreg_gui.panels.judge import JudgePanel
 from flyreg_gui.panels.landmarks import LandmarksPanel
 from flyreg_gui.panels.recovery import RecoveryBar
 from flyreg_gui.panels.start import StartPage
@@ -89,18 +95,24 @@ class MainWindow(QMainWindow):
         self.tunnels = Tunnels(self.session, self)
         self.drill = DrillMode(self.session, self)
         self.trim = TrimMode(self.session, self)
+        self.judging = Judging(self.session, self)
         self.files = FileCommands(self)
+        self.neuropils = Neuropils(self.session, self)
+        self.landmark_commands = LandmarkCommands(self)
         self.pictures = PictureCommands(self)
         self.drops = Drops(self)
         self.autosave = Autosave(self.session, lambda p: with_view(p, self.view_state()), self)
         self.recovery = RecoveryBar(self)
         self.blink = Blink(self.session, self.say, self)
         self.view_area = ViewArea(
-            self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim
+            *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
+            self.judging,
         )
         self.steps = StepsPanel(self.session, self.tunnels, self.trim)
         self.landmarks = LandmarksPanel(self.session, self.selection)
+        self.judge = JudgePanel(self.judging)
         self.banner, self.start = Banner(), StartPage()
+        self.fold_alarm = FoldAlarm(self.session)
         self.blend = QSlider(Qt.Orientation.Horizontal)
         self.actions_by_name = make_actions(self)
         self._shown_failure: object = None
@@ -141,6 +153,7 @@ class MainWindow(QMainWindow):
         layout.setSpacing(0)
         layout.addWidget(self.recovery)
         layout.addWidget(self.banner)
+        layout.addWidget(self.fold_alarm)
         layout.addWidget(self._stack, 1)
         center.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setCentralWidget(center)
@@ -157,18 +170,22 @@ class MainWindow(QMainWindow):
             ("Steps", self.steps, Qt.DockWidgetArea.LeftDockWidgetArea),
             ("Landmarks", self.landmarks, Qt.DockWidgetArea.RightDockWidgetArea),
             ("History", self.history, Qt.DockWidgetArea.LeftDockWidgetArea),
+            ("Judge", self.judge, Qt.DockWidgetArea.RightDockWidgetArea),
         ):
             dock = QDockWidget(title, self)
             dock.setObjectName(title)
             dock.setWidget(widget)
             self.addDockWidget(area, dock)
             self._docks.append(dock)
-        self._docks[-1].hide()
-        self.resizeDocks(self._docks[:2], [290, 390], Qt.Orientation.Horizontal)
+        steps, landmarks, history, judge = self._docks
+        history.hide()
+        self.tabifyDockWidget(landmarks, judge)
+        landmarks.raise_()
+        self.resizeDocks([steps, landmarks], [280, 450], Qt.Orientation.Horizontal)
 
     def _make_menus(self) -> None:
         menus: dict[str, QMenu] = {}
-        for name in ("File", "Edit", "View", "Help"):
+        for name in ("File", "Edit", "Landmarks", "View", "Help"):
             menus[name] = self.menuBar().addMenu(f"&{name}")
             menus[name].setObjectName(name)
         undo = self.session.undo_stack.createUndoAction(self, "&Undo")
@@ -180,9 +197,9 @@ class MainWindow(QMainWindow):
         menus["Edit"].addSeparator()
         actions = self.actions_by_name
         fill_menu(menus["File"], actions, ("save", "export", "quit"))
-        fill_menu(
-            menus["Edit"], actions, ("keep_A", "landmark_mode", "copy_command", "preferences")
-        )
+        fill_menu(menus["Edit"], actions, ("keep_A", "drill", "copy_command", "preferences"))
+        fill_menu(menus["Landmarks"], actions, ("accept", "next_unplaced", "import_landmarks"))
+        self._fill_presets(menus["Landmarks"])
         fill_menu(menus["View"], actions, ("blink", "link", "dark"))
         fill_menu(menus["Help"], actions)
         menus["View"].addSeparator()
@@ -198,6 +215,26 @@ class MainWindow(QMainWindow):
         self._recent_menu = QMenu("&Recent projects", self)
         menus["File"].insertMenu(actions["demo"], self._recent_menu)
         menus["File"].aboutToShow.connect(self._fill_recent)
+
+    def _fill_presets(self, menu: QMenu) -> None:
+        """Offer the lists of landmarks that come with the program, and where new ones lie."""
+        lists = QMenu("Landmarks to &place", self)
+        for path in landmark_lists():
+            action = lists.addAction(path.stem.replace("-", " ").capitalize())
+            action.triggered.connect(
+                lambda _on, path=path: self.landmark_commands.add_template(path)
+            )
+        menu.insertMenu(self.actions_by_name["template"], lists)
+        kinds = QMenu("New landmarks &lie", self)
+        group = QActionGroup(kinds)
+        for kind in KINDS:
+            on_curve = "anywhere on the surface" if kind == "interior" else f"on the {kind} curve"
+            action = kinds.addAction(on_curve)
+            action.setCheckable(True)
+            action.setChecked(kind == self.mode.kind)
+            action.triggered.connect(lambda _on, kind=kind: self.mode.set_kind(kind))
+            group.addAction(action)
+        menu.insertMenu(self.actions_by_name["accept"], kinds)
 
     def _make_toolbar(self) -> None:
         bar = self._tools = QToolBar("Tools", self)
@@ -231,6 +268,7 @@ class MainWindow(QMainWindow):
         session.results_changed.connect(self._on_results)
         session.results_changed.connect(self._on_guess)
         self.tunnels.changed.connect(self._on_tunnels)
+        self.judging.chosen_changed.connect(self._on_judging_chosen)
         self.banner.asked.connect(self._on_help_asked)
         self.steps.tunnels.drill_asked.connect(self.actions_by_name["drill"].toggle)
         self.autosave.set_seconds(self.preferences.autosave_seconds)
@@ -246,7 +284,15 @@ class MainWindow(QMainWindow):
         self.steps.save_asked.connect(files.save)
         self.steps.form.applied.connect(self._on_preparation)
         self.landmarks.refused.connect(self.show_problem)
+        self.landmarks.accept_button.clicked.connect(self.actions_by_name["accept"].trigger)
+        self.landmarks.model.ticked.connect(self.landmark_commands.set_acting)
+        self.landmarks.menu_asked.connect(self._on_menu_asked)
+        self.landmarks.neighbourhood.asked.connect(self.landmark_commands.weigh_near)
+        self.landmarks.neighbourhood.load_asked.connect(self.landmark_commands.load_neuropils)
+        self.neuropils.changed.connect(self._on_neuropils)
+        self.neuropils.refused.connect(self.show_problem)
         self.landmarks.look_at_asked.connect(self.view_area.look_at)
+        self.view_area.pointer.moved.connect(self.status.show_place)
         self.start.open_asked.connect(files.open_brains)
         self.start.project_asked.connect(files.open_project)
         self.start.demo_asked.connect(files.open_demo)
@@ -352,8 +398,21 @@ class MainWindow(QMainWindow):
     def _on_preparation(self, project: Project) -> None:
         self.session.edit("change preparation", project)
 
+    def _on_menu_asked(self, place: QPoint) -> None:
+        menu = QMenu(self)
+        names = ("accept", "mirror", "mute", "solo", "recolor", "delete")
+        menu.addActions([self.actions_by_name[name] for name in names])
+        menu.exec(place)
+        menu.deleteLater()
+
+    def _on_neuropils(self) -> None:
+        self.landmarks.neighbourhood.show_names(list(self.neuropils.by_name))
+
     def _on_tunnels(self) -> None:
         self.actions_by_name["tunnels"].setChecked(self.tunnels.is_on)
+
+    def _on_judging_chosen(self, name: str) -> None:
+        self.actions_by_name["origins"].setChecked(name == ORIGINS)
 
     def _on_guess(self, results: Results | None) -> None:
         """Say so when the oesophagus of a brain is a guess that was not shown before."""
@@ -438,7 +497,9 @@ class MainWindow(QMainWindow):
             self.banner.show_theme(theme)
             self.recovery.show_theme(theme)
             self.tour.show_theme(theme)
+            self.fold_alarm.show_theme(theme)
             self.steps.show_theme(theme)
+            self.judge.show_theme(theme)
 
     def event(self, event: QEvent) -> bool:
         """Leave Space to a button that the keyboard went to, before the shortcut gets it."""
@@ -467,5 +528,6 @@ class MainWindow(QMainWindow):
         self.recovery.release()
         self.autosave.close()
         self.runner.close()
+        self.judging.close()
         self.view_area.close_canvases()
         event.accept()

@@ -49,7 +49,7 @@ class LogScale:
 
 
 WEIGHT_SCALE = LogScale(0.01, 100.0, 401, has_zero=True)
-SMOOTHING_SCALE = LogScale(1e-6, 10.0, 351)
+SMOOTHING_SCALE = LogScale(1e-6, 100.0, 401)
 
 
 class LogSlider(QSlider):

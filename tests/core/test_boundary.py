@@ -183,3 +183,22 @@ def test_a_trim_opening_that_the_cut_passes_twice_is_told(demo_source: PreparedB
     )
     with pytest.raises(TopologyError, match=words):
         find_curves(with_piece(demo_source, [cap[at]], "posterior"), demo_source.torus.frame)
+
+
+@given(seed=SEEDS, is_closed=st.booleans(), share=st.floats(0, 1))
+def test_a_place_of_a_curve_is_nearest_to_itself(seed, is_closed, share):
+    curve = random_curve(seed, is_closed)
+    point = curve.at(np.array([share]))[0]
+    found, away = curve.nearest(point)
+    assert away == pytest.approx(0, abs=1e-9)
+    assert curve.at(np.array([found]))[0] == pytest.approx(point, abs=1e-8)
+
+
+@given(seed=SEEDS)
+def test_no_place_of_a_curve_is_nearer_than_the_nearest(seed):
+    curve = random_curve(seed)
+    point = np.random.default_rng(seed).normal(size=3)
+    share, away = curve.nearest(point)
+    everywhere = np.linalg.norm(curve.at(np.linspace(0, 1, 2001)) - point, axis=1)
+    assert away <= everywhere.min() + 1e-9
+    assert np.linalg.norm(curve.at(np.array([share]))[0] - point) == pytest.approx(away, abs=1e-9)

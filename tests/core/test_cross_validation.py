@@ -8,6 +8,7 @@ from flyreg_core.cross_validation import (
     cross_validate,
     find_spectrum,
     leave_one_out,
+    leverages,
 )
 from flyreg_core.thin_plate_spline import affine_basis, fit_thin_plate_spline, kernel
 
@@ -59,6 +60,19 @@ def test_the_score_is_that_of_the_matrix_that_smooths(seed):
         misfit = rest @ (root[:, None] * targets)
         expected = n * (misfit**2).sum() / np.trace(rest) ** 2
         assert scores[place] == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_leverage_is_by_how_much_a_target_draws_its_own_image_along(seed):
+    sources, targets, weights = landmarks(seed)
+    shares = leverages(find_spectrum(sources, targets, weights), 1e-2)
+    for number in np.flatnonzero(weights > 0):
+        moved = targets.copy()
+        moved[number, 0] += 1.0
+        before = fit_thin_plate_spline(sources, targets, weights, 1e-2)(sources[[number]])
+        after = fit_thin_plate_spline(sources, moved, weights, 1e-2)(sources[[number]])
+        assert shares[number] == pytest.approx((after - before)[0, 0], abs=1e-9)
+    assert np.isnan(shares[weights == 0]).all()
 
 
 def test_exact_landmarks_ask_for_no_smoothing_and_noisy_ones_for_some():

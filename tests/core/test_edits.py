@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from flyreg_core import edits
 from flyreg_core.errors import LandmarkError
 from flyreg_core.handles import Handle, HandleParameters
-from flyreg_core.landmarks import LandmarkPair
+from flyreg_core.landmarks import CORNERS, LandmarkPair
 from flyreg_core.project import Brain, BrainInput, Project
 from flyreg_core.smooth import SmoothParameters
 from flyreg_core.trim import TrimParameters
@@ -30,6 +30,12 @@ NEW = st.integers(0, 99).map(lambda k: replace(ONE, id=f"n{k}", name=f"n{k}"))
 EDITS = st.one_of(
     st.tuples(st.just(edits.set_weight), OWN | st.just("upper-02"), FREE),
     st.tuples(st.just(edits.set_weights), SOME, FREE),
+    st.tuples(st.just(edits.set_each_weight), st.dictionaries(OWN | st.just("upper-01"), FREE)),
+    st.tuples(st.just(edits.set_muted), SOME, st.booleans()),
+    st.tuples(st.just(edits.set_solo), SOME),
+    st.tuples(st.just(edits.merge_pairs), st.lists(NEW, max_size=2)),
+    st.tuples(st.just(edits.add_unplaced), st.lists(st.sampled_from(["calyx", "AL_L"]))),
+    st.tuples(st.just(edits.recolor_pairs), SOME, st.none() | st.just((1, 2, 3))),
     st.tuples(st.just(edits.set_smoothing), FREE),
     st.tuples(st.just(edits.add_pair), NEW),
     st.tuples(st.just(edits.remove_pairs), SOME),
@@ -123,6 +129,43 @@ def test_a_pair_with_the_id_or_name_of_another_is_refused(taken):
 def test_a_pair_of_the_users_own_is_removed_and_a_boundary_pair_is_given_no_weight():
     edited = edits.remove_pairs(PROJECT, ["u1", "hole-02"])
     assert edited == replace(PROJECT, pairs=(TWO,), weights={"upper-01": 0.5, "hole-02": 0.0})
+
+
+def test_what_is_removed_is_neither_muted_nor_solo_any_longer():
+    heard = edits.set_solo(edits.set_muted(PROJECT, ["u1", "upper-01"], True), ["u1", "u2"])
+    edited = edits.remove_pairs(heard, ["u1"])
+    assert (edited.muted, edited.solo) == (("upper-01",), ("u2",))
+
+
+@given(identifiers=SOME)
+def test_unmuting_what_was_muted_gives_the_project_back(identifiers):
+    muted = edits.set_muted(PROJECT, identifiers, True)
+    assert all(muted.is_muted(identifier) for identifier in identifiers)
+    assert edits.set_muted(muted, identifiers, False) == PROJECT
+
+
+def test_solo_mutes_all_others_but_the_corners():
+    heard = edits.set_solo(PROJECT, ["u1"])
+    muted = [i for i in ("u1", "u2", "upper-01", *CORNERS) if heard.is_muted(i)]
+    assert muted == ["u2", "upper-01"]
+    assert edits.set_solo(heard, []) == PROJECT
+
+
+def test_a_landmark_of_a_file_moves_the_one_of_its_name_and_keeps_its_id_and_other_end():
+    read = LandmarkPair("user-calyx", "calyx", "interior", None, None, (7.0, 8.0, 9.0), 3.0)
+    edited = edits.merge_pairs(PROJECT, [read])
+    assert edited.pairs == (replace(ONE, target=(7.0, 8.0, 9.0), weight=3.0), TWO)
+
+
+def test_a_landmark_of_a_file_with_a_new_name_is_added_with_an_id_of_its_own():
+    edited = edits.merge_pairs(PROJECT, [replace(ONE, name="new")])
+    assert edited.pairs == (ONE, TWO, replace(ONE, id="u1-1", name="new"))
+
+
+def test_names_that_are_still_to_be_placed_are_added_once():
+    edited = edits.add_unplaced(PROJECT, ["AL_L", "calyx", "AL_L"])
+    (added,) = edited.pairs[2:]
+    assert (added.name, added.source, added.target) == ("AL_L", None, None)
 
 
 def test_removing_nothing_changes_nothing():

@@ -1,11 +1,12 @@
 import math
+from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from flyreg_core.errors import LandmarkError
-from flyreg_core.landmarks import CURVES, HALVES, SHARED_CURVES, LandmarkPair
+from flyreg_core.landmarks import CURVES, HALVES, SHARED_CURVES, LandmarkPair, kept_in_order
 
 POINT = (1.0, 2.0, 3.0)
 
@@ -54,3 +55,30 @@ def test_the_halves_share_the_curves_along_which_they_meet():
     assert set(SHARED_CURVES) == {"upper", "lower", "hole"}
     assert set(CURVES) - set(SHARED_CURVES) == {"left", "right"}
     assert HALVES == ("anterior", "posterior")
+
+
+@given(
+    targets=st.lists(st.floats(0.01, 0.99), min_size=3, max_size=8, unique=True),
+    moved=st.integers(0, 7),
+    share=st.floats(-1, 2),
+    kind=st.sampled_from(["upper", "hole"]),
+)
+def test_a_landmark_that_slides_along_its_curve_passes_no_neighbour(targets, moved, share, kind):
+    targets = sorted(targets)
+    assume(min(b - a for a, b in pairwise(targets)) > 0.01)
+    sources = [(k + 1) / (len(targets) + 1) for k in range(len(targets))]
+    pairs = [
+        LandmarkPair(f"p{k}", f"p{k}", kind, None, source, target)
+        for k, (source, target) in enumerate(zip(sources, targets, strict=True))
+    ]
+    number = moved % len(pairs)
+    targets[number] = kept_in_order(share, pairs[number], pairs)
+    turns = sum(b < a for a, b in pairwise([*targets, targets[0]]))
+    assert turns == 1
+    assert 0 <= targets[number] <= 1
+    assert kind == "hole" or targets == sorted(targets)
+
+
+def test_a_landmark_with_room_slides_where_it_is_drawn():
+    pair = LandmarkPair("p", "p", "upper", None, 0.5, 0.5)
+    assert kept_in_order(0.62, pair, [pair]) == pytest.approx(0.62)

@@ -16,7 +16,7 @@ from flyreg_core.brain_files import open_brain
 from flyreg_core.cut_height import CutParameters
 from flyreg_core.errors import Cancelled, FlyregError, LandmarkError
 from flyreg_core.handles import HandleParameters
-from flyreg_core.landmarks import LandmarkPair
+from flyreg_core.landmarks import CORNERS, LandmarkPair
 from flyreg_core.matching import who_decides
 from flyreg_core.memo import Memo
 from flyreg_core.pipeline import Pipeline
@@ -216,12 +216,32 @@ def test_a_heavier_landmark_leaves_a_smaller_residual(
     assert residuals == sorted(residuals, reverse=True)
 
 
+def test_muting_a_landmark_is_as_if_it_had_no_weight(
+    pipeline: Pipeline, results: Results, demo_project: Project
+) -> None:
+    added = edits.add_pair(demo_project, interior_pair(results, shift=15.0))
+    muted = pipeline.run(edits.set_muted(added, ["user-a"], True))
+    assert np.array_equal(
+        muted.registration.surface.vertices, results.registration.surface.vertices
+    )
+    assert "user-a" not in muted.judgement.leave_one_out_um
+
+
+def test_a_landmark_that_plays_solo_pulls_with_the_corners_alone(
+    pipeline: Pipeline, results: Results, demo_project: Project
+) -> None:
+    added = edits.add_pair(demo_project, interior_pair(results, shift=15.0))
+    solo = pipeline.run(edits.set_solo(added, ["user-a"]), measure=False)
+    pulling = {mark.pair.id for mark in solo.landmarks if mark.weight > 0}
+    assert pulling == {"user-a", *CORNERS}
+
+
 def test_a_half_made_landmark_is_named_and_not_used(
     pipeline: Pipeline, results: Results, demo_project: Project
 ) -> None:
     pair = replace(interior_pair(results), target=None, name="calyx")
     half_made = pipeline.run(edits.add_pair(demo_project, pair))
-    assert "landmark calyx has only one end and is not used" in half_made.warnings
+    assert "landmark calyx is not placed on both brains and is not used" in half_made.warnings
     assert np.array_equal(
         half_made.registration.surface.vertices, results.registration.surface.vertices
     )

@@ -74,3 +74,16 @@ def test_nothing_is_kept_for_other_brains(demo: PreparedBrain, demo_target, pair
     after = place_all(demo.flat, demo_target.flat, pairs, before, ignore)
     fresh = place_landmarks(demo.flat, demo_target.flat, pairs)
     assert all(same(one, other) for one, other in zip(after.landmarks, fresh, strict=True))
+
+
+def test_a_muted_landmark_keeps_its_weight_and_place_and_does_not_pull(demo: PreparedBrain, pairs):
+    before = place_all(demo.flat, demo.flat, pairs, None, ignore)
+    after = place_all(demo.flat, demo.flat, pairs, before, ignore, {pairs[-1].id})
+    assert after.geometry is before.geometry
+    assert after.landmarks[-1].pair is pairs[-1]
+    weights = {half: before.weights(half) for half in HALVES}
+    (half,) = after.landmarks[-1].plane
+    weights[half][-1] = 0.0
+    assert all(np.array_equal(after.weights(half), weights[half]) for half in HALVES)
+    again = place_all(demo.flat, demo.flat, pairs, after, ignore)
+    assert again.weights(half).tolist() == before.weights(half).tolist()

@@ -14,7 +14,7 @@ from flyreg_core.cut_height import CutParameters
 from flyreg_core.errors import InputError, LandmarkError, ProjectError
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.landmarks import LandmarkPair, LandmarkParameters
-from flyreg_core.project import Brain, BrainInput, Project, Snapshot
+from flyreg_core.project import Brain, BrainInput, NeuropilFile, Project, Snapshot
 from flyreg_core.project_file import load_project, read_notes, save_project
 from flyreg_core.simplify import SimplifyParameters
 from flyreg_core.smooth import SmoothParameters
@@ -67,7 +67,7 @@ def landmark_pairs():
     points, shares = st.tuples(finite(), finite(), finite()), finite(0, 1)
     interior = st.builds(
         LandmarkPair, st.text(), st.text(), st.just("interior"), st.none(), maybe(points),
-        maybe(points), finite(0),
+        maybe(points), finite(0), st.just("user"), maybe(st.tuples(*3 * [st.integers(0, 255)])),
     )  # fmt: skip
     boundary = st.builds(
         LandmarkPair, st.text(), st.text(), st.sampled_from(["upper", "lower", "hole"]),
@@ -80,14 +80,16 @@ def landmark_pairs():
 
 
 def projects():
-    counts = st.integers(0, 99)
+    counts, roles = st.integers(0, 99), st.sampled_from(["source", "target"])
     pairing = st.sampled_from(["coordinate", "arc length", "nearest"])
     plain = st.none() | st.booleans() | st.integers() | finite() | st.text()
     free = st.recursive(
         plain, lambda inner: st.lists(inner).map(tuple) | st.dictionaries(st.text(), inner)
     )
+    ids = st.lists(st.text()).map(tuple)
+    files = st.builds(NeuropilFile, brains().map(lambda brain: brain.input), roles)
     weights = st.dictionaries(st.text(), finite(0))
-    snapshots = st.builds(Snapshot, weights, weights, finite(0))
+    snapshots = st.builds(Snapshot, weights, weights, finite(0), ids, ids)
     return st.builds(
         Project,
         brains(),
@@ -96,9 +98,12 @@ def projects():
         landmark_pairs(),
         st.dictionaries(st.text(), finite(0)),
         st.dictionaries(st.text(), finite(0, 1)),
-        finite(0),
-        st.dictionaries(st.text(), free),
-        st.dictionaries(st.text(), snapshots),
+        muted=ids,
+        solo=ids,
+        smoothing=finite(0),
+        neuropils=st.lists(files, max_size=2).map(tuple),
+        view=st.dictionaries(st.text(), free),
+        snapshots=st.dictionaries(st.text(), snapshots),
     )
 
 
@@ -148,7 +153,7 @@ def test_a_file_name_that_is_no_text_round_trips(tmp_path):
 def test_the_file_says_its_format_and_program(tmp_path):
     content = json.loads(saved(tmp_path / "a.flyreg").read_text(encoding="utf-8"))
     assert content["flyreg"].keys() == {"format", "program"}
-    assert content["flyreg"]["format"] == 4
+    assert content["flyreg"]["format"] == project_file.FORMAT
 
 
 def test_entries_that_are_missing_have_their_defaults(tmp_path):
@@ -208,8 +213,10 @@ def test_a_missing_brain_keeps_its_place(tmp_path):
 
 
 def test_a_newer_format_asks_for_an_update(tmp_path):
-    with pytest.raises(ProjectError, match=r"from a newer flyreg \(.*, format 5\).* update flyreg"):
-        load_project(changed(tmp_path / "a.flyreg", ["flyreg", "format"], 5))
+    newer = project_file.FORMAT + 1
+    sentence = rf"from a newer flyreg \(.*, format {newer}\).* update flyreg"
+    with pytest.raises(ProjectError, match=sentence):
+        load_project(changed(tmp_path / "a.flyreg", ["flyreg", "format"], newer))
 
 
 def test_a_brain_of_format_1_is_a_surface(tmp_path):
@@ -261,8 +268,9 @@ def test_an_older_format_is_upgraded_step_by_step(tmp_path, monkeypatch):
     content = json.loads(path.read_text())
     del content["project"]["smoothing"]
     path.write_text(json.dumps(content))
-    monkeypatch.setattr(project_file, "UPGRADES", {4: rename, 5: dict})
-    monkeypatch.setattr(project_file, "FORMAT", 6)
+    now = project_file.FORMAT
+    monkeypatch.setattr(project_file, "UPGRADES", {now: rename, now + 1: dict})
+    monkeypatch.setattr(project_file, "FORMAT", now + 2)
     assert load_project(path) == replace(PROJECT, smoothing=0.5)
 
 

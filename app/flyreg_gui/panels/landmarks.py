@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from PySide6.QtCore import QItemSelection, QItemSelectionModel, QSortFilterProxyModel, Qt, Signal
+from PySide6.QtCore import (
+    QItemSelection,
+    QItemSelectionModel,
+    QPoint,
+    QSortFilterProxyModel,
+    Qt,
+    Signal,
+)
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
@@ -19,6 +26,8 @@ from flyreg_core.errors import FlyregError
 from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.project import Project
 from flyreg_gui.landmark_table import ID_ROLE, SORT_ROLE, LandmarkTable, format_weight
+from flyreg_gui.panels.neighbourhood import NeighbourhoodBar
+from flyreg_gui.panels.smoothing_curve import SmoothingCurve
 from flyreg_gui.panels.weight_column import LandmarkTableView
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
@@ -36,6 +45,7 @@ class LandmarksPanel(QWidget):
 
     refused = Signal(str)  # an edit that cannot be made, and why
     look_at_asked = Signal(str)  # id of a landmark
+    menu_asked = Signal(QPoint)  # where on the screen
 
     def __init__(self, session: Session, selection: Selection) -> None:
         super().__init__()
@@ -55,6 +65,8 @@ class LandmarksPanel(QWidget):
         self.smoothing_slider.setAccessibleName("Smoothing lambda")
         self._weight_label, self._weight_value = QLabel(), QLabel()
         self._smoothing_value = QLabel()
+        self.curve = SmoothingCurve(SMOOTHING_SCALE)
+        self.neighbourhood = NeighbourhoodBar()
         self.accept_button = QPushButton("Accept suggestions")
         self.accept_button.setToolTip(
             "Make the selected suggestions landmarks of your own; Delete drops them instead"
@@ -78,16 +90,18 @@ class LandmarksPanel(QWidget):
             )
         ):
             value.setAlignment(Qt.AlignmentFlag.AlignRight)
-            sliders.addWidget(label, 2 * row, 0)
-            sliders.addWidget(value, 2 * row, 1)
-            sliders.addWidget(slider, 2 * row + 1, 0, 1, 2)
+            sliders.addWidget(label, 4 * row, 0)
+            sliders.addWidget(value, 4 * row, 1)
+            sliders.addWidget(slider, 4 * row + 2, 0, 1, 2)
+        sliders.addWidget(self.neighbourhood, 3, 0, 1, 2)
+        sliders.addWidget(self.curve, 5, 0, 1, 2)
         sliders.setColumnStretch(0, 1)
         buttons = QHBoxLayout()
         buttons.addWidget(self.accept_button)
         buttons.addWidget(self.best_button)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 8)
-        self.setMinimumWidth(340)
+        self.setMinimumWidth(360)
         layout.addWidget(self.table, 1)
         layout.addLayout(sliders)
         layout.addLayout(buttons)
@@ -106,7 +120,10 @@ class LandmarksPanel(QWidget):
             slider.sliderReleased.connect(session.end_gesture)
         self.weight_slider.edited.connect(self._on_weight)
         self.smoothing_slider.edited.connect(self._on_smoothing)
-        self.accept_button.clicked.connect(self._on_accept)
+        table.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        table.customContextMenuRequested.connect(
+            lambda place: self.menu_asked.emit(table.viewport().mapToGlobal(place))
+        )
         self.best_button.clicked.connect(self._on_best)
         self._selection.changed.connect(self._on_selection)
         session.project_changed.connect(self._on_project)
@@ -132,12 +149,6 @@ class LandmarksPanel(QWidget):
         project = self._session.project
         if project is not None:
             self._session.edit("change smoothing", edits.set_smoothing(project, smoothing))
-
-    def _on_accept(self) -> None:
-        project, chosen = self._session.project, self._suggested()
-        if project is not None and chosen:
-            accepted = edits.accept_suggestions(project, chosen)
-            self._session.edit(f"accept {self._names(pair.id for pair in chosen)}", accepted)
 
     def _on_best(self) -> None:
         best = self._best_smoothing()
@@ -185,6 +196,10 @@ class LandmarksPanel(QWidget):
         if project is not None:
             self.smoothing_slider.show_value(project.smoothing)
             self._smoothing_value.setText(f"λ = {format_smoothing(project.smoothing)}")
+            results = self._session.results
+            judged = None if results is None else results.judgement
+            curve = None if judged is None else judged.cross_validation
+            self.curve.show_curve(curve, project.smoothing)
         best = self._best_smoothing()
         self.best_button.setEnabled(best is not None)
         self.best_button.setText(

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from PySide6.QtCore import (
     QAbstractItemModel,
     QModelIndex,
     QPersistentModelIndex,
     QRect,
     QRectF,
+    QSize,
     Qt,
     Signal,
 )
-from PySide6.QtGui import QDoubleValidator, QMouseEvent, QPainter, QPalette
+from PySide6.QtGui import QAction, QDoubleValidator, QMouseEvent, QPainter, QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -27,8 +30,9 @@ from flyreg_gui.sliders import WEIGHT_SCALE
 
 Index = QModelIndex | QPersistentModelIndex
 
-WEIGHT_WIDTH = 118
-NUMBER_WIDTH = 36
+WEIGHT_WIDTH = 110
+PADDING, SWATCH = 10, 10
+NUMBER_WIDTH = 42
 INSET = 9
 GROOVE, HANDLE = 3.0, 5.0
 
@@ -140,8 +144,10 @@ class LandmarkTableView(QTableView):
         self.setShowGrid(False)
         self.setAlternatingRowColors(True)
         self.setWordWrap(False)
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self.setTabKeyNavigation(False)
         self.verticalHeader().hide()
+        self.setIconSize(QSize(SWATCH, SWATCH))
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._dragged: QPersistentModelIndex | None = None
@@ -152,12 +158,25 @@ class LandmarkTableView(QTableView):
         header.setHighlightSections(False)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         header.setMinimumSectionSize(48)
-        header.setResizeContentsPrecision(0)  # of the rows in sight alone
-        for column in (Column.PLACE, Column.RESIDUAL):
-            header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
+        header.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        for column in (Column.PLACE, Column.RESIDUAL, Column.FORETOLD, Column.LEVERAGE):
+            header.setSectionResizeMode(column, QHeaderView.ResizeMode.Interactive)
+            wide = self.fontMetrics().horizontalAdvance(
+                "⚠ 00.00" if column == Column.FORETOLD else "000.00"
+            )
+            header.resizeSection(column, wide + PADDING)
+            title = self.model().headerData(column, Qt.Orientation.Horizontal)
+            action = QAction(str(title), header, checkable=True)
+            action.setChecked(column != Column.PLACE)
+            action.toggled.connect(partial(self._show_column, column))
+            header.addAction(action)
+        self.setColumnHidden(Column.PLACE, True)
         header.setSectionResizeMode(Column.NAME, QHeaderView.ResizeMode.Stretch)
         header.setSectionResizeMode(Column.WEIGHT, QHeaderView.ResizeMode.Fixed)
         header.resizeSection(Column.WEIGHT, WEIGHT_WIDTH)
+
+    def _show_column(self, column: Column, on: bool) -> None:
+        self.setColumnHidden(column, not on)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin to drag the slider under the mouse, or select."""

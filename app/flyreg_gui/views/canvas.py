@@ -47,6 +47,7 @@ class Canvas(QtInteractor):
 
     clicked = Signal(QPointF, object)  # position in the widget, Qt.KeyboardModifiers
     hovered = Signal(QPointF)  # the mouse is there, no button pressed
+    left = Signal()  # the mouse has gone, or turns the camera
     camera_moved = Signal()  # by the user's hand
     resized = Signal()
 
@@ -153,6 +154,7 @@ class Canvas(QtInteractor):
         moved = position - self._press
         self._is_drag = self._is_drag or max(abs(moved.x()), abs(moved.y())) > CLICK_RADIUS
         if self._is_drag:
+            self.left.emit()
             self._drag(position - self._last, event)
             self._last = position
             self.refresh()
@@ -195,6 +197,7 @@ class Canvas(QtInteractor):
 
     def leaveEvent(self, event: QEvent) -> None:
         """Keep from VTK that the mouse left."""
+        self.left.emit()
         event.accept()
 
     # What a drag does

@@ -164,6 +164,15 @@ class FlatView:
         index = nearest_marker(self.canvas, position, self._points, self._radii)
         return None if index is None else self._ids[index]
 
+    def plane_at(self, position: QPointF) -> Floats:
+        """Return the (2,) place of the rectangle's plane at a position in the widget."""
+        start, _ = self.canvas.line_of_sight(position)
+        return np.asarray(start[:2])
+
+    def raised_mark(self, place: Floats) -> Floats:
+        """Return the (3,) point of the scene where a (2,) place of the rectangle is marked."""
+        return np.append(place, MARKER_Z)
+
     def go_home(self) -> None:
         """See the whole rectangle."""
         camera = self.canvas.renderer.GetActiveCamera()

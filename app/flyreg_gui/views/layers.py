@@ -25,6 +25,8 @@ Floats = NDArray[np.float64]
 Colors = NDArray[np.uint8]
 
 SPHERE_RESOLUTION = 14
+CUBE = 1.7
+"""Edge of a cube that marks as much as a ball of radius 1."""
 IN_FRONT = -66_000.0
 """Offset that shifts any depth to the nearest one; VTK divides it by 65,000."""
 RIM = 20
@@ -160,15 +162,18 @@ class SheetLayer:
 
 
 class MarkerLayer:
-    """Balls at points, each with its own colour and size."""
+    """Balls at points, or cubes, each with its own colour and size."""
 
-    def __init__(self, plotter: BasePlotter, *, flat: bool = False) -> None:
+    def __init__(
+        self, plotter: BasePlotter, *, flat: bool = False, are_cubes: bool = False
+    ) -> None:
         sphere = pv.Sphere(
             radius=1.0, theta_resolution=SPHERE_RESOLUTION, phi_resolution=SPHERE_RESOLUTION
         )
+        cube = pv.Cube(x_length=CUBE, y_length=CUBE, z_length=CUBE)
         self._polydata = pv.PolyData()
         self._mapper = vtkGlyph3DMapper()
-        self._mapper.SetSourceData(sphere)
+        self._mapper.SetSourceData(cube if are_cubes else sphere)
         self._mapper.SetInputData(self._polydata)
         self._mapper.SetScaleArray("radius")
         self._mapper.SetScaleModeToScaleByMagnitude()

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flyreg_core.correspondence import PlacedLandmark
-from flyreg_core.landmarks import LandmarkPair
 from flyreg_gui.theme import KIND_COLORS, OFF, Color, Theme
 
 Floats = NDArray[np.float64]
@@ -49,8 +48,8 @@ def style_markers(
     """Return how landmarks look."""
     pairs = [landmark.pair for landmark in landmarks]
     is_selected = np.array([pair.id in selected for pair in pairs], dtype=bool)
-    sizes = sizes_of(np.array([pair.weight for pair in pairs]))
-    colors = [_color(pair, theme) for pair in pairs]
+    sizes = sizes_of(np.array([landmark.weight for landmark in landmarks]))
+    colors = [_color(landmark, theme) for landmark in landmarks]
     array = np.array(colors, dtype=np.uint8).reshape(-1, 3)
     array[is_selected] = theme.selected
     sizes = np.where(is_selected, np.maximum(sizes, 1.0) * SELECTED_SIZE, sizes)
@@ -58,11 +57,12 @@ def style_markers(
     return MarkerStyle(ids, names, sizes, array, is_selected)
 
 
-def _color(pair: LandmarkPair, theme: Theme) -> Color:
-    """Return the colour of a kind, faint for what is only suggested."""
-    if pair.weight <= 0:
+def _color(landmark: PlacedLandmark, theme: Theme) -> Color:
+    """Return the landmark's own colour or that of its kind, faint for what is only suggested."""
+    pair = landmark.pair
+    if landmark.weight <= 0:
         return OFF
-    color = KIND_COLORS[pair.kind]
+    color = pair.color or KIND_COLORS[pair.kind]
     if pair.origin != "suggested":
         return color
     red, green, blue = (

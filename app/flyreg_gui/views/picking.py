@@ -1,15 +1,21 @@
-"""What lies under the mouse: the nearest visible landmark, or a point of the surface."""
+"""What lies under the mouse: the nearest visible landmark, or a place of the surface.
+
+Places are found by the line of sight on the very faces that are drawn, in the widget's own
+coordinates: neither the screen's pixels per point nor what else is drawn can mislead it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-import pyvista as pv
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
-from vtkmodules.vtkRenderingCore import vtkCellPicker
 
+from flyreg_core.mesh import SurfaceMesh
+from flyreg_core.same_place import SurfacePlace
+from flyreg_core.sight import look
 from flyreg_gui.views.canvas import Canvas
 
 Floats = NDArray[np.float64]
@@ -18,46 +24,65 @@ MARKER_REACH = 12.0
 """How far from a landmark a click still means it, in pixels."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class ClipPlane:
+    """What lies behind the plane, seen along its normal, is drawn; what lies before it is not."""
+
+    origin: Floats  # (3,)
+    normal: Floats  # (3,), unit
+
+    def keeps(self, points: Floats) -> NDArray[np.bool_]:
+        """Tell which of (n, 3) points are drawn."""
+        return np.asarray((points - self.origin) @ self.normal <= 0)
+
+
+@dataclass(frozen=True, eq=False)
 class SurfaceHit:
     """Where the line of sight meets the surface first."""
 
+    place: SurfacePlace
     point: tuple[float, float, float]
     distance: float  # from the camera, along its direction
 
 
-class SurfacePicker:
-    """Finds points on one actor of a canvas, and on nothing else that is drawn there."""
+class PickableSurface:
+    """A surface as it is drawn in a canvas: whole, or cut by a plane."""
 
-    def __init__(self, canvas: Canvas) -> None:
-        self._canvas = canvas
-        self._picker = vtkCellPicker()
-        self._picker.SetTolerance(0.0)
-        self._picker.PickFromListOn()
+    def __init__(self, canvas: Canvas, mesh: SurfaceMesh, clip: ClipPlane | None = None) -> None:
+        self._canvas, self.mesh, self._clip = canvas, mesh, clip
 
-    def pick(self, position: QPointF, actor: pv.Actor) -> SurfaceHit | None:
-        """Return the front of the surface under a position in the widget; None beside it."""
-        self._picker.InitializePickList()
-        self._picker.AddPickList(actor)
-        x, y = self._canvas.to_display(position)
+    def pick(self, position: QPointF) -> SurfaceHit | None:
+        """Return the outside of the surface under a position in the widget.
+
+        None beside it, and where a cut opens the view of the inside.
+        """
+        start, direction = self._canvas.line_of_sight(position)
+        nearest, farthest = -np.inf, np.inf
+        if self._clip is not None:
+            height = float((start - self._clip.origin) @ self._clip.normal)
+            rise = float(direction @ self._clip.normal)
+            if rise == 0:
+                if height > 0:
+                    return None
+            elif rise < 0:
+                nearest = -height / rise
+            else:
+                farthest = -height / rise
+        seen = look(self.mesh, start, direction, nearest, farthest)
+        if seen is None or (self._clip is not None and seen.is_front != self._is_turned_out):
+            return None
         camera = self._canvas.renderer.GetActiveCamera()
-        direction = np.array(camera.GetDirectionOfProjection())
-        if not self._picker.Pick(x, y, 0, self._canvas.renderer):
-            return None
-        point = np.array(self._picker.GetPickPosition())
-        offset = point - np.array(camera.GetPosition())
-        if not camera.GetParallelProjection():
-            direction_here = offset / np.linalg.norm(offset)
-        else:
-            direction_here = direction
-        if self._face_normal() @ direction_here >= 0:
-            return None
-        return SurfaceHit(tuple(point.tolist()), float(offset @ direction))
+        offset = seen.point - np.array(camera.GetPosition())
+        return SurfaceHit(
+            SurfacePlace(seen.face, seen.barycentric),
+            (float(seen.point[0]), float(seen.point[1]), float(seen.point[2])),
+            float(offset @ np.array(camera.GetDirectionOfProjection())),
+        )
 
-    def _face_normal(self) -> Floats:
-        corners = self._picker.GetDataSet().GetCell(self._picker.GetCellId()).GetPoints()
-        a, b, c = (np.array(corners.GetPoint(i)) for i in range(3))
-        return np.asarray(np.cross(b - a, c - a))
+    @cached_property
+    def _is_turned_out(self) -> bool:
+        """Faces of mirrored files are turned inwards."""
+        return self.mesh.volume >= 0
 
 
 def nearest_marker(
@@ -65,7 +90,7 @@ def nearest_marker(
     position: QPointF,
     points: Floats,
     radii: Floats,
-    surface: tuple[SurfacePicker, pv.Actor] | None = None,
+    surface: PickableSurface | None = None,
 ) -> int | None:
     """Return the number of the visible marker nearest to a position, if one is near enough.
 
@@ -89,13 +114,12 @@ def nearest_marker(
         sights = [QPointF(*pixels[index])]
         if away[index] * canvas.micrometres_per_pixel() <= radii[index]:
             sights.append(position)
-        if any(_is_open(surface, sight, front) for sight in sights):
+        if any(is_open(surface, sight, front) for sight in sights):
             return int(index)
     return None
 
 
-def _is_open(surface: tuple[SurfacePicker, pv.Actor], sight: QPointF, depth: float) -> bool:
+def is_open(surface: PickableSurface, sight: QPointF, depth: float) -> bool:
     """Tell whether no surface lies before a depth on a line of sight."""
-    picker, actor = surface
-    hit = picker.pick(sight, actor)
+    hit = surface.pick(sight)
     return hit is None or hit.distance >= depth

@@ -27,6 +27,7 @@ def relief_colors(surface: SurfaceMesh, color: Color | NDArray[np.integer]) -> N
     for _ in range(PASSES):
         smoothed = matrix @ smoothed
     height = np.einsum("ij,ij->i", surface.vertices - smoothed, surface.vertex_normals)
+    height *= 1.0 if surface.volume >= 0 else -1.0  # in mirrored files normals point inwards
     return _tinted(height, color)
 
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
 
-from flyreg_core.mesh import Floats, Integers
+from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_gui.theme import Theme
 from flyreg_gui.views.camera import VIEW_ANGLE, Pose, ViewSpace
 from flyreg_gui.views.canvas import Canvas
 from flyreg_gui.views.layers import LabelLayer, MarkerLayer, SurfaceLayer
 from flyreg_gui.views.markers import MarkerStyle
-from flyreg_gui.views.picking import SurfacePicker, nearest_marker
+from flyreg_gui.views.picking import ClipPlane, PickableSurface, SurfaceHit, nearest_marker
 
 MARKER_RADIUS = 0.011
 """Radius of a landmark of weight 1, as a share of the brain's diagonal."""
@@ -29,8 +31,13 @@ class SurfaceView:
         self.surface = SurfaceLayer(canvas, "surface")
         self.overlay = SurfaceLayer(canvas, "overlay")
         self._markers, self._waiting = MarkerLayer(canvas), MarkerLayer(canvas)
+        self._half_made = MarkerLayer(canvas, are_cubes=True)
+        self._half_made_ids: tuple[str, ...] = ()
+        self._half_made_points = NO_POINTS
         self._labels = LabelLayer(canvas)
-        self._picker = SurfacePicker(canvas)
+        self._half_made_labels = LabelLayer(canvas)
+        self._mesh: SurfaceMesh | None = None
+        self._clip: ClipPlane | None = None
         self._points, self._radii = NO_POINTS, np.zeros(0)
         self._ids: tuple[str, ...] = ()
         self._space: ViewSpace | None = None
@@ -48,14 +55,14 @@ class SurfaceView:
         """Take the colours of a theme."""
         self._theme = theme
         scale = self.canvas.devicePixelRatioF()
-        self._labels.set_style(theme.text, theme.background, scale)
+        for labels in (self._labels, self._half_made_labels):
+            labels.set_style(theme.text, theme.background, scale)
         self.canvas.show_theme(theme)
 
-    def show_surface(
-        self, vertices: Floats, faces: Integers, colors: NDArray[np.uint8], space: ViewSpace
-    ) -> None:
+    def show_surface(self, mesh: SurfaceMesh, colors: NDArray[np.uint8], space: ViewSpace) -> None:
         """Draw the brain; the camera moves only to a brain that was not on show before."""
-        changed = self.surface.show(vertices, faces, colors)
+        self._mesh = mesh
+        changed = self.surface.show(mesh.vertices, mesh.faces, colors)
         if space is not self._space:
             was_home = self._is_home or self._space is None
             pose = self.pose()
@@ -67,9 +74,9 @@ class SurfaceView:
         if changed:
             self.canvas.refresh()
 
-    def show_overlay(self, vertices: Floats, faces: Integers, colors: NDArray[np.uint8]) -> None:
+    def show_overlay(self, mesh: SurfaceMesh, colors: NDArray[np.uint8]) -> None:
         """Draw a second brain over the first, as far as the opacity lets it."""
-        if self.overlay.show(vertices, faces, colors):
+        if self.overlay.show(mesh.vertices, mesh.faces, colors):
             self.overlay.bring_forward(OVERLAY_STEPS)
             self.overlay.set_opacity(self._overlay_opacity)
 
@@ -93,6 +100,18 @@ class SurfaceView:
         self._labels.show(points[chosen], [style.names[i] for i in chosen])
         self.canvas.refresh()
 
+    def show_half_made(self, points: Floats, ids: tuple[str, ...], names: Sequence[str]) -> None:
+        """Draw (n, 3) ends of landmarks whose other ends are still to be placed, as cubes."""
+        self._half_made_points, self._half_made_ids = points, ids
+        color = self._theme.bad if self._theme else (180, 50, 20)
+        colors = np.tile(np.array(color, dtype=np.uint8), (len(points), 1))
+        self._half_made.show(points, self._half_made_radii(), colors)
+        self._half_made_labels.show(points, [f"{name} …" for name in names])
+        self.canvas.refresh()
+
+    def _half_made_radii(self) -> Floats:
+        return np.full(len(self._half_made_ids), 1.2 * self._unit_radius())
+
     def show_waiting_point(self, point: tuple[float, float, float] | None) -> None:
         """Draw a point that is half of a landmark pair, or none."""
         points = NO_POINTS if point is None else np.array([point])
@@ -105,15 +124,18 @@ class SurfaceView:
         """Show nothing."""
         self.surface.hide()
         self.overlay.hide()
+        self._mesh = None
         self._space = None
         self._is_home = True
         self.clear_landmarks()
 
     def clear_landmarks(self) -> None:
         """Show the brain without landmarks."""
-        for markers in (self._markers, self._waiting):
+        for markers in (self._markers, self._waiting, self._half_made):
             markers.show(NO_POINTS, np.zeros(0), np.zeros((0, 3), dtype=np.uint8))
         self._labels.show(NO_POINTS, [])
+        self._half_made_labels.show(NO_POINTS, [])
+        self._half_made_ids, self._half_made_points = (), NO_POINTS
         self._ids, self._points, self._style = (), NO_POINTS, None
         self.canvas.refresh()
 
@@ -124,17 +146,26 @@ class SurfaceView:
 
     def landmark_at(self, position: QPointF) -> str | None:
         """Return the id of the visible landmark at a position in the widget."""
-        actor = self.surface.actor
-        surface = (self._picker, actor) if actor is not None else None
-        index = nearest_marker(self.canvas, position, self._points, self._radii, surface)
-        return None if index is None else self._ids[index]
+        points = np.concatenate([self._points, self._half_made_points])
+        radii = np.concatenate([self._radii, self._half_made_radii()])
+        index = nearest_marker(self.canvas, position, points, radii, self.pickable_surface)
+        return None if index is None else (*self._ids, *self._half_made_ids)[index]
 
     def point_at(self, position: QPointF) -> tuple[float, float, float] | None:
         """Return the point of the surface's front at a position in the widget."""
-        if self.surface.actor is None:
-            return None
-        hit = self._picker.pick(position, self.surface.actor)
+        hit = self.hit_at(position)
         return None if hit is None else hit.point
+
+    def hit_at(self, position: QPointF) -> SurfaceHit | None:
+        """Return the place of the surface's front at a position in the widget."""
+        surface = self.pickable_surface
+        return None if surface is None else surface.pick(position)
+
+    @property
+    def pickable_surface(self) -> PickableSurface | None:
+        """The surface as it is drawn, if one is."""
+        mesh = self._mesh
+        return None if mesh is None else PickableSurface(self.canvas, mesh, self._clip)
 
     # The camera
 

@@ -92,7 +92,7 @@ class TrimView:
         color = SOURCE if self._role == "source" else TARGET
         self._colors = relief_colors(brain.raw, color)
         self._grey = relief_colors(brain.raw, CUT_OFF)
-        self.view.show_surface(brain.raw.vertices, brain.raw.faces, self._colors, self._space)
+        self.view.show_surface(brain.raw, self._colors, self._space)
         canvas = self.view.canvas
         self.view.set_pose(Pose.from_above(self._space, canvas.width() / max(canvas.height(), 1)))
 
@@ -105,7 +105,7 @@ class TrimView:
             colors[behind] = (BEHIND * colors[behind]).astype(np.uint8)
         off = beyond(self._coordinates, places)
         colors[off] = self._grey[off]
-        self.view.show_surface(self._raw.vertices, self._raw.faces, colors, self._space)
+        self.view.show_surface(self._raw, colors, self._space)
 
     def _show_sheets(self, brain: BrainOnShow, places: TrimPlaces) -> None:
         low, high = self._coordinates.min(axis=0), self._coordinates.max(axis=0)

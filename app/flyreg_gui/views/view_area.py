@@ -15,7 +15,8 @@ from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.drill_mode import DrillMode
-from flyreg_gui.landmark_mode import LandmarkMode
+from flyreg_gui.judging import STATUS_KEY, Judging
+from flyreg_gui.landmark_mode import LandmarkMode, Point, end_point
 from flyreg_gui.preparing import ROLES, Remains
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
@@ -25,7 +26,9 @@ from flyreg_gui.trim_mode import TrimMode
 from flyreg_gui.tunnels import Tunnels
 from flyreg_gui.views.camera import CameraLink, ViewSpace
 from flyreg_gui.views.canvas import Canvas, FlatCanvas
+from flyreg_gui.views.cursor import Cursor
 from flyreg_gui.views.flat_view import FlatView
+from flyreg_gui.views.landmark_hand import LandmarkHand
 from flyreg_gui.views.layers import Colors
 from flyreg_gui.views.markers import style_markers
 from flyreg_gui.views.origins import key_of, origin_colors
@@ -45,9 +48,12 @@ class _Look:
         self.brain, self._color = brain, color
         self.space = ViewSpace.of(brain.surface, brain.frame)
 
-    def colors(self, by_origin: bool) -> Colors:
-        """Return the colours of the vertices: the brain's own, or by where they come from."""
-        return self._by_origin if by_origin else self._plain
+    def colors(self, role: Role, judging: Judging) -> Colors:
+        """Return the colours of the vertices: the brain's own, or what is chosen to judge by."""
+        if judging.is_by_origin:
+            return self._by_origin
+        judged = judging.colors_of(role, self.brain.surface)
+        return self._plain if judged is None else judged
 
     @cached_property
     def _plain(self) -> Colors:
@@ -74,13 +80,13 @@ class ViewArea(QWidget):
         tunnels: Tunnels,
         drill: DrillMode,
         trim: TrimMode,
+        judging: Judging,
     ) -> None:
         super().__init__()
         self._session, self._selection, self._mode = session, selection, mode
-        self._trim = trim
+        self._trim, self._judging = trim, judging
         self._theme: Theme | None = None
         self._looks: dict[Role, _Look] = {}
-        self._by_origin = False
         self._make_frames()
         self._arrange()
         self.source = SurfaceView(self.frames[0].canvas)
@@ -95,6 +101,17 @@ class ViewArea(QWidget):
         brains: dict[Role, SurfaceView] = {"source": self.source, "target": self.target}
         self.tunnel_views = TunnelViews(session, tunnels, drill, brains)
         self.trim_views = TrimViews(session, trim, brains)
+        self.pointer = Cursor(session, self)
+        self._hands = [
+            LandmarkHand(
+                view.canvas,
+                mode,
+                "source" if view is self.source else "target",
+                view.landmark_at,
+                partial(self._point_at, view, "source" if view is self.source else "target"),
+            )
+            for view in self.views
+        ]
         for view in self.views:
             view.canvas.clicked.connect(partial(self._on_clicked, view))
         session.results_changed.connect(self._on_results)
@@ -102,6 +119,7 @@ class ViewArea(QWidget):
         selection.changed.connect(self._show_landmarks)
         mode.changed.connect(self._on_mode)
         trim.changed.connect(self._on_trim)
+        judging.changed.connect(self._on_judging)
 
     def _make_frames(self) -> None:
         titles = (
@@ -151,6 +169,7 @@ class ViewArea(QWidget):
             view.show_theme(theme)
         self.tunnel_views.show_theme(theme)
         self.trim_views.show_theme(theme)
+        self.pointer.show_scale()
         self._show_landmarks()
 
     def set_blend(self, blend: float) -> None:
@@ -159,9 +178,7 @@ class ViewArea(QWidget):
         for view in self.flat_views:
             view.set_blend(blend)
 
-    def set_by_origin(self, on: bool) -> None:
-        """Colour prepared surfaces by where they come from, or plainly."""
-        self._by_origin = on
+    def _on_judging(self) -> None:
         if self._session.results is not None:
             self._show_brains(self._session.results)
 
@@ -176,6 +193,10 @@ class ViewArea(QWidget):
         if not self.link.is_on:
             self.target.look_at(identifier)
             self.registered.look_at(identifier)
+
+    def is_on_other_business(self, view: SurfaceView | FlatView) -> bool:
+        """Tell whether a view shows a brain as read, for trimming, and not as prepared."""
+        return self._trim.is_on and view in (self.source, self.target)
 
     def toggle_maximised(self, frame: ViewFrame) -> None:
         """Give the whole area to one view, or share it again."""
@@ -203,6 +224,7 @@ class ViewArea(QWidget):
             for frame in self.frames:
                 frame.title.set_detail("")
                 frame.show_legend([])
+                frame.show_scale(None)
             return
         self._show_brains(results)
         self._show_landmarks()
@@ -219,11 +241,8 @@ class ViewArea(QWidget):
             brain = remains.brains.get(role)
             frame.set_empty(brain is None)
             if brain is not None:
-                surface = brain.surface
-                space = ViewSpace.of(surface, brain.frame)
-                view.show_surface(
-                    surface.vertices, surface.faces, relief_colors(surface, color), space
-                )
+                space = ViewSpace.of(brain.surface, brain.frame)
+                view.show_surface(brain.surface, relief_colors(brain.surface, color), space)
                 name = short_name(edits.brain_of(session.project, role).input)
                 frame.title.set_detail(f"{name}, as read: not prepared")
 
@@ -232,6 +251,7 @@ class ViewArea(QWidget):
         if self._trim.is_on:
             for frame in self.frames[:2]:
                 frame.show_legend([])
+                frame.show_scale(None)
             self.source.clear_landmarks()
             self.target.clear_landmarks()
             self.trim_views.show()
@@ -247,15 +267,17 @@ class ViewArea(QWidget):
         target = self._look("target", results.target, TARGET)
         mine, other = results.source.surface, results.target.surface
         moved = results.registration.surface
-        mine_colors, other_colors = (look.colors(self._by_origin) for look in (source, target))
-        for frame, look in zip(self.frames, (source, target, source), strict=False):
-            is_shown = self._by_origin and not (self._trim.is_on and frame in self.frames[:2])
-            frame.show_legend(look.key if is_shown else [])
+        judging = self._judging
+        mine_colors, other_colors = (
+            source.colors("source", judging),
+            target.colors("target", judging),
+        )
+        self._show_keys(source, target)
         if not self._trim.is_on:
-            self.source.show_surface(mine.vertices, mine.faces, mine_colors, source.space)
-            self.target.show_surface(other.vertices, other.faces, other_colors, target.space)
-        self.registered.show_surface(moved.vertices, moved.faces, mine_colors, target.space)
-        self.registered.show_overlay(other.vertices, other.faces, other_colors)
+            self.source.show_surface(mine, mine_colors, source.space)
+            self.target.show_surface(other, other_colors, target.space)
+        self.registered.show_surface(moved, mine_colors, target.space)
+        self.registered.show_overlay(other, other_colors)
         for view in self.flat_views:
             view.show(results, mine_colors, other_colors)
         inputs = (results.project.source.input, results.project.target.input)
@@ -263,6 +285,23 @@ class ViewArea(QWidget):
             frame.title.set_detail(short_name(brain), brain.path)
         for frame in self.frames[3:]:
             frame.title.set_detail("moved source over target, seen from outside")
+
+    def _show_keys(self, source: _Look, target: _Look) -> None:
+        """Say in each view what its colours mean."""
+        judging, judged = self._judging, self._judging.judged
+        roles: tuple[Role, ...] = ("source", "target", "source", "source", "source")
+        for frame, role in zip(self.frames, roles, strict=True):
+            look = source if role == "source" else target
+            is_free = not (self._trim.is_on and frame in self.frames[:2])
+            has_values = judged is not None and role in judged.colors and is_free
+            is_kinds = judged is not None and judged.is_kinds
+            key: list[tuple[Color, str, str]] = []
+            if judging.is_by_origin and is_free and frame in self.frames[:3]:
+                key = look.key
+            elif has_values and is_kinds:
+                key = STATUS_KEY
+            frame.show_legend(key)
+            frame.show_scale(judged if has_values and not is_kinds else None)
 
     def _look(self, role: Role, brain: PreparedBrain, color: Color) -> _Look:
         known = self._looks.get(role)
@@ -281,9 +320,25 @@ class ViewArea(QWidget):
         if not self._trim.is_on:
             self.source.show_landmarks(sources, style)
             self.target.show_landmarks(targets, style)
+            self._show_half_made(results)
         self.registered.show_landmarks(targets, style)
         for view in self.flat_views:
             view.show_landmarks(landmarks, style)
+
+    def _show_half_made(self, results: Results) -> None:
+        """Show the ends of landmarks that are placed on one brain only."""
+        brains: tuple[tuple[Role, SurfaceView, PreparedBrain], ...] = (
+            ("source", self.source, results.source),
+            ("target", self.target, results.target),
+        )
+        for role, view, brain in brains:
+            ends = [
+                (pair, end)
+                for pair in self._mode.unplaced
+                if (end := end_point(pair, role, brain.flat)) is not None
+            ]
+            ids, names = tuple(pair.id for pair, _ in ends), [pair.name for pair, _ in ends]
+            view.show_half_made(points_of([end for _, end in ends]), ids, names)
 
     # Clicks
 
@@ -295,12 +350,13 @@ class ViewArea(QWidget):
             return
         if role is not None and self.tunnel_views.click(role, position):
             return
-        if self._mode.is_on and role is not None and isinstance(view, SurfaceView):
-            point = view.point_at(position)
+        identifier = view.landmark_at(position)
+        if self._mode.is_on and not (identifier and self._mode.is_own(identifier)):
+            role = role or self._role_to_place(view)
+            point = self._point_at(view, role, position)
             if point is not None:
                 self._mode.place(role, point)
             return
-        identifier = view.landmark_at(position)
         if identifier is None:
             if not modifiers & CONTROL:
                 self._selection.clear()
@@ -309,6 +365,29 @@ class ViewArea(QWidget):
         else:
             self._selection.select([identifier])
 
+    def _point_at(
+        self, view: SurfaceView | FlatView, role: Role, position: QPointF
+    ) -> Point | None:
+        """Return the point of a brain that appears at a position of any view."""
+        results, place = self._session.results, self.pointer.at(view, position)
+        if results is None or place is None:
+            return None
+        if role == "source":
+            x, y, z = place.source.on(results.source.surface).tolist()
+        else:
+            x, y, z = place.target.on(results.target.surface).tolist()
+        return x, y, z
+
+    def _role_to_place(self, view: SurfaceView | FlatView) -> Role:
+        """Return the brain that a click means where both are on show.
+
+        Where the registered brain lies on the target that is the target; laid flat, a new landmark
+        begins with the place of the source that is drawn there and ends with the target's.
+        """
+        current = self._mode.current
+        is_begun = current is not None and current.source is not None
+        return "target" if view is self.registered or is_begun else "source"
+
     def _role_of(self, view: SurfaceView | FlatView) -> Role | None:
         if view is self.source:
             return "source"
@@ -316,10 +395,11 @@ class ViewArea(QWidget):
 
     def _on_mode(self) -> None:
         cursor = Qt.CursorShape.CrossCursor if self._mode.is_on else Qt.CursorShape.ArrowCursor
-        for view in (self.source, self.target):
+        for view in self.views:
             view.canvas.setCursor(cursor)
-        self.source.show_waiting_point(self._mode.waiting.get("source"))
-        self.target.show_waiting_point(self._mode.waiting.get("target"))
+        for hand in self._hands:
+            hand.set_on(self._mode.is_on)
+        self._show_landmarks()
 
 
 def points_of(places: Sequence[ArrayLike]) -> Floats:

@@ -1,0 +1,91 @@
+"""The curve behind lambda: how badly landmarks foretell each other at each smoothing."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QPointF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtWidgets import QSizePolicy, QStyle, QWidget
+
+from flyreg_core.cross_validation import CrossValidation
+from flyreg_gui.sliders import LogScale
+from flyreg_gui.theme import Theme, current_theme
+
+HEIGHT, MARGIN = 46, 5
+DOT = 3.5
+NOT_YET = "Cross-validation is known when the sliders are at rest"
+
+
+class SmoothingCurve(QWidget):
+    """Draws scores over the scale of the slider below it, the best lambda and the present one."""
+
+    def __init__(self, scale: LogScale) -> None:
+        super().__init__()
+        self._scale = scale
+        self._curve: CrossValidation | None = None
+        self._smoothing = 0.0
+        self.setAccessibleName("Cross-validation over lambda")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setToolTip(NOT_YET)
+
+    def sizeHint(self) -> QSize:
+        """Return a low strip."""
+        return QSize(200, HEIGHT)
+
+    def show_curve(self, curve: CrossValidation | None, smoothing: float) -> None:
+        """Show a curve and where lambda is on it."""
+        self._curve, self._smoothing = curve, smoothing
+        if curve is None:
+            self.setToolTip(NOT_YET)
+        else:
+            best = float(curve.scores.min())
+            now = float(np.interp(np.log(max(smoothing, 1e-12)), *_logs(curve)))
+            self.setToolTip(
+                "How badly landmarks that are left out are foretold by the others (generalised "
+                f"cross-validation): lowest at λ = {curve.best:.3g}; at the present λ "
+                f"{np.sqrt(np.exp(now) / best):.2f} times as far off"
+            )
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the curve, a dot at its lowest point, and a line at lambda."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        theme = current_theme()
+        faint = QColor(*theme.faint)
+        painter.setPen(QPen(faint, 1))
+        floor = self.height() - MARGIN
+        painter.drawLine(QPointF(0, floor), QPointF(self.width(), floor))
+        if self._curve is None:
+            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, NOT_YET)
+            return
+        self._draw_curve(painter, self._curve, theme)
+
+    def _draw_curve(self, painter: QPainter, curve: CrossValidation, theme: Theme) -> None:
+        logs, scores = _logs(curve)
+        low, high = float(scores.min()), float(scores.max())
+        height = self.height() - 2 * MARGIN
+
+        def point(log: float, score: float) -> QPointF:
+            share = (score - low) / max(high - low, 1e-12)
+            return QPointF(self._x(float(np.exp(log))), MARGIN + height * (1 - 0.9 * share - 0.1))
+
+        now = self._x(self._smoothing)
+        painter.setPen(QPen(QColor(*theme.busy), 1.2, Qt.PenStyle.DashLine))
+        painter.drawLine(QPointF(now, MARGIN), QPointF(now, self.height() - MARGIN))
+        painter.setPen(QPen(QColor(*theme.text), 1.5))
+        points = [point(log, score) for log, score in zip(logs, scores, strict=True)]
+        painter.drawPolyline(QPolygonF(points))
+        best = int(np.argmin(scores))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(*theme.good))
+        painter.drawEllipse(points[best], DOT, DOT)
+
+    def _x(self, smoothing: float) -> float:
+        """Return where the handle of the slider stands at a smoothing."""
+        handle = self.style().pixelMetric(QStyle.PixelMetric.PM_SliderLength)
+        return handle / 2 + self._scale.share(smoothing) * (self.width() - handle)
+
+
+def _logs(curve: CrossValidation) -> tuple[np.ndarray, np.ndarray]:
+    return np.log(curve.smoothings), np.log(np.maximum(curve.scores, np.finfo(float).tiny))

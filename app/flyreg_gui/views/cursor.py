@@ -1,0 +1,212 @@
+"""One cursor in all views: what the mouse points at in one is marked at the same place in the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyvista as pv
+from PySide6.QtCore import QObject, QPointF, QTimer, Signal
+from pyvista import BasePlotter
+from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
+
+from flyreg_core.frame import LEFT_RIGHT
+from flyreg_core.mesh import Floats
+from flyreg_core.results import Results
+from flyreg_core.same_place import PlaceFinder, SamePlace
+from flyreg_gui.session import Session
+from flyreg_gui.theme import Color, unit
+from flyreg_gui.views.flat_view import FlatView
+from flyreg_gui.views.picking import is_open
+from flyreg_gui.views.surface_view import SurfaceView
+
+if TYPE_CHECKING:
+    from flyreg_gui.views.view_area import ViewArea
+
+FRAME_MS = 16
+"""The mark follows the mouse at most this often."""
+COLOR: Color = (120, 255, 90)
+RIM: Color = (10, 40, 10)
+RADIUS, ARM = 7.0, 12.0
+"""Of the ring, and how far its four arms reach, in pixels."""
+CORNERS = 32
+HIDDEN = 0.45
+"""Opacity of the mark where the brain lies before it."""
+CLEARANCE = 0.004
+"""A place so little behind the surface, in diagonals, is not hidden by it."""
+
+
+class CursorMark:
+    """A ring with four arms at a place, of one size on the screen, before everything."""
+
+    def __init__(self, plotter: BasePlotter) -> None:
+        self._actors = []
+        for color, width in ((RIM, 4.0), (COLOR, 1.8)):
+            mapper, actor = vtkPolyDataMapper2D(), vtkActor2D()
+            actor.SetMapper(mapper)
+            actor.PickableOff()
+            actor.VisibilityOff()
+            actor.GetProperty().SetColor(*unit(color))
+            place = vtkCoordinate()
+            place.SetCoordinateSystemToWorld()
+            actor.GetPositionCoordinate().SetCoordinateSystemToViewport()
+            actor.GetPositionCoordinate().SetReferenceCoordinate(place)
+            plotter.renderer.AddViewProp(actor)
+            self._actors.append((actor, mapper, width))
+
+    def set_scale(self, scale: float) -> None:
+        """Take the device's pixels per point."""
+        for actor, mapper, width in self._actors:
+            mapper.SetInputData(_ring(scale))
+            actor.GetProperty().SetLineWidth(scale * width)
+
+    def show(self, point: Floats | None, opacity: float = 1.0) -> None:
+        """Mark a (3,) point of the scene, or none."""
+        for actor, _, _ in self._actors:
+            actor.SetVisibility(point is not None)
+            if point is not None:
+                actor.GetPositionCoordinate().GetReferenceCoordinate().SetValue(*point)
+                actor.GetProperty().SetOpacity(opacity)
+
+    @property
+    def point(self) -> Floats | None:
+        """What is marked."""
+        actor = self._actors[0][0]
+        if not actor.GetVisibility():
+            return None
+        return np.array(actor.GetPositionCoordinate().GetReferenceCoordinate().GetValue())
+
+
+def _ring(scale: float) -> pv.PolyData:
+    angles = np.linspace(0, 2 * np.pi, CORNERS, endpoint=False)
+    ring = RADIUS * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(CORNERS)])
+    ways = np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
+    arms = np.stack([RADIUS * ways, ARM * ways], axis=1).reshape(-1, 3)
+    own = np.arange(CORNERS)
+    lines = np.concatenate(
+        [np.column_stack([own, np.roll(own, -1)]), CORNERS + np.arange(8).reshape(4, 2)]
+    )
+    cells = np.column_stack([np.full(len(lines), 2), lines]).reshape(-1)
+    return pv.PolyData(scale * np.concatenate([ring, arms]), lines=cells)
+
+
+class Cursor(QObject):
+    """Follows the mouse over the views and marks the place everywhere, without any run."""
+
+    moved = Signal(str)  # where the place is, for people; empty: nowhere
+
+    def __init__(self, session: Session, area: ViewArea) -> None:
+        super().__init__(area)
+        self._session, self._area = session, area
+        self.marks = {view: CursorMark(view.canvas) for view in area.views}
+        self._finder: PlaceFinder | None = None
+        self._results: Results | None = None
+        self._asked: tuple[SurfaceView | FlatView, QPointF] | None = None
+        self.place: SamePlace | None = None
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(FRAME_MS)
+        self._timer.timeout.connect(self._follow)
+        for view in area.views:
+            view.canvas.hovered.connect(partial(self._on_hovered, view))
+            view.canvas.left.connect(self.leave)
+        session.results_changed.connect(self._on_results)
+
+    def show_scale(self) -> None:
+        """Take the device's pixels per point."""
+        for view, mark in self.marks.items():
+            mark.set_scale(view.canvas.devicePixelRatioF())
+
+    def leave(self) -> None:
+        """Mark nothing any more."""
+        self._asked = None
+        self._show(None)
+
+    def point_in(self, view: SurfaceView | FlatView) -> Floats | None:
+        """Return where the place is in a view."""
+        return self.marks[view].point
+
+    def _on_hovered(self, view: SurfaceView | FlatView, position: QPointF) -> None:
+        self._asked = (view, position)
+        if not self._timer.isActive():
+            self._timer.start()
+
+    def _on_results(self, results: Results | None) -> None:
+        self._results = results
+        if results is None:
+            self._finder = None
+        self.leave()
+
+    def _follow(self) -> None:
+        if self._asked is not None:
+            view, position = self._asked
+            self._show(self.at(view, position))
+
+    def at(self, view: SurfaceView | FlatView, position: QPointF) -> SamePlace | None:
+        """Return the place that appears at a position of a view; None beside the brain."""
+        if self._results is None or self._area.is_on_other_business(view):
+            return None
+        finder = self._up_to_date_finder(self._results)
+        if isinstance(view, FlatView):
+            return finder.from_plane(view.half, view.plane_at(position))
+        hit = view.hit_at(position)
+        if hit is None:
+            return None
+        return (
+            finder.from_target(hit.place)
+            if view is self._area.target
+            else finder.from_source(hit.place)
+        )
+
+    def _up_to_date_finder(self, results: Results) -> PlaceFinder:
+        if self._finder is None or self._finder.registration is not results.registration:
+            flat = results.source.flat, results.target.flat
+            self._finder = PlaceFinder(*flat, results.registration, self._finder)
+        return self._finder
+
+    def _show(self, place: SamePlace | None) -> None:
+        if place is None and self.place is None:
+            return
+        self.place = place
+        results, area = self._results, self._area
+        points: dict[SurfaceView | FlatView, Floats | None] = dict.fromkeys(area.views)
+        if place is not None and results is not None:
+            points[area.source] = place.source.on(results.source.surface)
+            points[area.target] = place.target.on(results.target.surface)
+            points[area.registered] = place.source.on(results.registration.surface)
+            for flat in area.flat_views:
+                if place.plane is not None and flat.half == place.half:
+                    points[flat] = flat.raised_mark(place.plane)
+        for view, point in points.items():
+            is_pointed_at = self._asked is not None and self._asked[0] is view
+            if area.is_on_other_business(view) or is_pointed_at:
+                point = None
+            if point is not None or self.marks[view].point is not None:
+                self.marks[view].show(point, _opacity(view, point))
+                view.canvas.refresh()
+        self.moved.emit("" if place is None or results is None else describe(place, results))
+
+
+def _opacity(view: SurfaceView | FlatView, point: Floats | None) -> float:
+    if point is None or isinstance(view, FlatView) or view.pickable_surface is None:
+        return 1.0
+    pixels, depths = view.canvas.to_pixels(point[None])
+    surface = view.pickable_surface
+    depth = float(depths[0]) - CLEARANCE * surface.mesh.diagonal
+    return 1.0 if is_open(surface, QPointF(*pixels[0]), depth) else HIDDEN
+
+
+def describe(place: SamePlace, results: Results) -> str:
+    """Return where a place is, in the coordinates of the two files."""
+    here = place.source.on(results.source.surface)
+    there = place.target.on(results.target.surface)
+    left = results.target.frame.coordinates(there[None])[0, LEFT_RIGHT] > 0
+    where = "trim cap" if place.half is None else f"{place.half} half"
+    side = "left" if left else "right"
+    return f"source {_numbers(here)}  target {_numbers(there)} µm  {where}, {side} side"
+
+
+def _numbers(point: Sequence[float] | Floats) -> str:
+    return "(" + ", ".join(f"{value:.1f}" for value in point) + ")"
