@@ -99,9 +99,10 @@ def _register(arguments: argparse.Namespace) -> None:
 
 
 def _write_results(results: Results, folder: Path, started: float) -> dict[str, object]:
-    from flyreg_core.files import make_folder, write_atomically
+    from flyreg_core.files import make_folder
     from flyreg_core.project_file import save_project
     from flyreg_core.report import register_report, write_flat, write_registered
+    from flyreg_core.report_page import write_report
 
     make_folder(folder)
     write_registered(folder / "registered.ply", results)
@@ -113,7 +114,7 @@ def _write_results(results: Results, folder: Path, started: float) -> dict[str, 
         "by_stage": {name: round(value, 3) for name, value in results.seconds.items()},
     }
     facts = {**register_report(results), **cost, "seconds": seconds}
-    write_atomically(folder / "report.json", json.dumps(facts, indent=2) + "\n")
+    write_report(folder, "report", results, facts)
     return facts
 
 

@@ -7,6 +7,7 @@ import math
 import platform
 import sys
 from collections.abc import Mapping
+from dataclasses import asdict
 from importlib import metadata
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import orientations, signed_areas
 from flyreg_core.progress import Report
-from flyreg_core.project import BrainInput
+from flyreg_core.project import BrainInput, Project
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_core.simplify import Simplified
 from flyreg_core.surface_distance import (
@@ -164,9 +165,11 @@ def register_report(results: Results) -> Facts:
         "landmark_list": _landmarks(results),
         "folds_by_landmark": dict(judgement.folds_by_landmark) if judgement else None,
         "there_and_back_um": _there_and_back(judgement),
+        "displacement_beyond_affine": _displacement(results),
         "smoothing": project.smoothing,
         "smoothing_by_cross_validation": _cross_validation(judgement),
         "pairing": project.boundary.pairing,
+        "parameters": _parameters(project),
         "warnings": list(results.warnings),
         "distance": distance_report(
             *(results.distances, "source_to_target", "target_to_source"),
@@ -187,6 +190,30 @@ def _there_and_back(judgement: Judgement | None) -> Facts | None:
         "mean": float(away.mean()),
         "p95": float(np.percentile(away, 95)),
         "max": float(away.max()),
+    }
+
+
+def _displacement(results: Results) -> Facts:
+    """Return how far registration took vertices from where the affine alignment had put them."""
+    moved = results.beyond_alignment_um
+    p95, p99 = np.percentile(moved, [95, 99])
+    return {
+        "mean_um": float(moved.mean()),
+        "p95_um": float(p95),
+        "p99_um": float(p99),
+        "max_um": float(moved.max()),
+    }
+
+
+def _parameters(project: Project) -> Facts:
+    """Return all that the user can set, but for inputs and landmarks, as the project has it."""
+    brains = {"source": project.source, "target": project.target}
+    return {
+        **{
+            role: {name: value for name, value in asdict(brain).items() if name != "input"}
+            for role, brain in brains.items()
+        },
+        "boundary": asdict(project.boundary),
     }
 
 

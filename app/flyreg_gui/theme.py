@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 from PySide6.QtGui import QGuiApplication
 
+from flyreg_core import color_maps
+
 Color = tuple[int, int, int]
 
-SOURCE: Color = (120, 160, 196)
-TARGET: Color = (216, 178, 120)
+SOURCE: Color = color_maps.SOURCE
+TARGET: Color = color_maps.TARGET
 
 KIND_COLORS: dict[str, Color] = {  # Okabe and Ito's palette
     "upper": (0, 114, 178),
