@@ -114,7 +114,7 @@ def _write_results(results: Results, folder: Path, started: float) -> dict[str, 
         "by_stage": {name: round(value, 3) for name, value in results.seconds.items()},
     }
     facts = {**register_report(results), **cost, "seconds": seconds}
-    write_report(folder, "report", results, facts)
+    write_report(folder / "report.html", "project.flyreg", results, facts)
     return facts
 
 

@@ -35,14 +35,16 @@ UNMEASURED_UM = 1.0
 
 
 def write_report(
-    folder: Path, stem: str, results: Results, facts: Facts, report: Report = ignore
+    place: Path, project_file: str, results: Results, facts: Facts, report: Report = ignore
 ) -> None:
-    """Write the facts of a registration as JSON and as a page, both whole or not at all.
+    """Write the facts of a registration as a page and, beside it, as JSON.
 
     Parameters
     ----------
-    stem : str
-        Of both file names.
+    place : Path
+        Of the page, .html; the other file has the same name with .json.
+    project_file : str
+        Name of the project beside both, for the command that repeats the registration.
     facts : mapping
         See `report.register_report`; the page tells times and memory if they are among them, and
         the target registration error if there is `target_registration_error`.
@@ -55,22 +57,16 @@ def write_report(
     page = make_page(
         facts, results, "project.flyreg" if stem == "report" else f"{stem}.flyreg", report
     )
-    write_atomically(folder / f"{stem}.json", json.dumps(facts, indent=2) + "\n")
-    write_atomically(folder / f"{stem}.html", page)
+    write_atomically(place.with_suffix(".json"), json.dumps(facts, indent=2) + "\n")
+    write_atomically(place, page)
 
 
 def make_page(facts: Facts, results: Results, project_file: str, report: Report = ignore) -> str:
-    """Return the page of a registration.
-
-    Parameters
-    ----------
-    project_file : str
-        Name of the project beside the page, for the command that repeats it.
-    """
+    """Return the page of a registration; see `write_report`."""
     read = json.loads(json.dumps(facts))  # as others read them: names are text, tuples are lists
     distance = read["distance"]
-    distance_um = distance["source_to_target"]["p99_um"] if distance else UNMEASURED_UM
-    displacement_um = read["displacement_beyond_affine"]["p99_um"]
+    distance_um = distance["source_to_target"]["p95_um"] if distance else UNMEASURED_UM
+    displacement_um = read["displacement_beyond_affine"]["p95_um"]
     figures = make_figures(results, distance_um, displacement_um, report)
     return render(read, figures, project_file)
 
@@ -83,7 +79,7 @@ def render(facts: Mapping[str, Any], figures: Sequence[Figure], project_file: st
     environment.filters["data_uri"] = _data_uri
     text = resources.files("flyreg_core").joinpath(TEMPLATE).read_text(encoding="utf-8")
     command = ["flyreg", "register", "--project", project_file, "-o", "again"]
-    return environment.from_string(text).render(
+    page = environment.from_string(text).render(
         facts=facts,
         figures=figures,
         figure=_Figures(facts),
@@ -92,6 +88,7 @@ def render(facts: Mapping[str, Any], figures: Sequence[Figure], project_file: st
         anchors=["#{:02x}{:02x}{:02x}".format(*color) for color in VIRIDIS.anchors],
         command=shlex.join(command),
     )
+    return page.encode("utf-8", "backslashreplace").decode("utf-8")  # names may be no valid text
 
 
 class _Figures:
@@ -102,9 +99,7 @@ class _Figures:
 
     def __call__(self, key: str, unit: str = "") -> Markup:
         """Return an element that holds the value in full and shows it rounded."""
-        value: Any = self._facts
-        for part in key.split("."):
-            value = value[int(part)] if isinstance(value, list) else value[part]
+        value = looked_up(self._facts, key)
         if value is None:
             return Markup('<span class="none">unknown</span>')
         full = json.dumps(value)
@@ -112,6 +107,20 @@ class _Figures:
         return Markup('<data value="{}" data-key="{}" title="{}">{}</data>').format(
             full, key, full, shown
         )
+
+
+def looked_up(facts: Any, key: str) -> Any:
+    """Return what the facts have under a key such as `landmark_list.3.weight`.
+
+    What remains of a key goes before its first part: a landmark's id may hold a dot.
+    """
+    rest = key
+    while rest:
+        if isinstance(facts, dict) and rest in facts:
+            return facts[rest]
+        part, _, rest = rest.partition(".")
+        facts = facts[int(part)] if isinstance(facts, list) else facts[part]
+    return facts
 
 
 def _rounded(value: object) -> str:

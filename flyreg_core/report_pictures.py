@@ -145,13 +145,13 @@ AFTER_FLAT = (
         "Distance to the target",
         "Of the registered surface, around each vertex.",
         ("distance",),
-        Scale("distance", "distance.source_to_target.p99_um"),
+        Scale("distance", "distance.source_to_target.p95_um"),
     ),
     _Plan(
         "Displacement",
         "How far the registration took each vertex beyond the affine alignment.",
         ("displacement",),
-        Scale("displacement", "displacement_beyond_affine.p99_um"),
+        Scale("displacement", "displacement_beyond_affine.p95_um"),
     ),
 )
 

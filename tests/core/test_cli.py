@@ -21,19 +21,10 @@ from flyreg_core.brain_files import open_brain, read_brain, write_mesh
 from flyreg_core.cli import main
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.project_file import load_project
+from tests.core.conftest import COARSE
 from tests.shapes import sphere, together
 
-COARSE = ["--voxels", "32"]
 DONE, WRONG_USAGE, BAD_INPUT, INTERNAL_ERROR = 0, 2, 3, 4
-
-
-@pytest.fixture(scope="module")
-def registered(demo_files: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder that `flyreg register` wrote for the demo pair."""
-    folder = tmp_path_factory.mktemp("run") / "demo"
-    arguments = [*map(str, demo_files), "-o", str(folder), *COARSE]
-    assert main(["register", *arguments]) == DONE
-    return folder
 
 
 def printed(capsys: pytest.CaptureFixture[str]) -> Any:
@@ -51,7 +42,7 @@ def without_cost(report: dict[str, Any]) -> dict[str, Any]:
 
 def test_register_writes_mesh_project_and_report(registered: Path) -> None:
     names = sorted(path.name for path in registered.iterdir())
-    assert names == ["flat.npz", "project.flyreg", "registered.ply", "report.json"]
+    assert names == ["flat.npz", "project.flyreg", "registered.ply", "report.html", "report.json"]
 
 
 def test_the_report_has_all_that_scripts_read(registered: Path) -> None:
