@@ -54,9 +54,7 @@ def write_report(
     InputError
         A file cannot be written (see `files.write_atomically`).
     """
-    page = make_page(
-        facts, results, "project.flyreg" if stem == "report" else f"{stem}.flyreg", report
-    )
+    page = make_page(facts, results, project_file, report)
     write_atomically(place.with_suffix(".json"), json.dumps(facts, indent=2) + "\n")
     write_atomically(place, page)
 
