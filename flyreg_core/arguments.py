@@ -139,6 +139,13 @@ def _add_distance(commands: Commands, run: Mapping[str, Run]) -> None:
     command.add_argument("a", metavar="A")
     command.add_argument("b", metavar="B")
     command.add_argument("--unit", choices=UNITS, help="unit of both, if it is not judged right")
+    command.add_argument(
+        "--voxel-size",
+        nargs=3,
+        type=float,
+        metavar=("X", "Y", "Z"),
+        help="edges of a voxel, um: distances are told in voxels too; volumes may know their own",
+    )
 
 
 def _add_compare(commands: Commands, run: Mapping[str, Run]) -> None:

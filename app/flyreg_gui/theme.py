@@ -9,11 +9,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QGuiApplication, QPalette
 from PySide6.QtWidgets import QApplication
 
+from flyreg_core import color_maps
+
 Color = tuple[int, int, int]
 Scheme = Literal["system", "light", "dark"]
 
-SOURCE: Color = (120, 160, 196)
-TARGET: Color = (216, 178, 120)
+SOURCE: Color = color_maps.SOURCE
+TARGET: Color = color_maps.TARGET
 
 KIND_COLORS: dict[str, Color] = {  # Okabe and Ito's palette
     "upper": (0, 114, 178),
