@@ -28,7 +28,7 @@ class ActionSpec:
     do: Callable[[MainWindow], object] | Callable[[MainWindow, bool], object]
     tip: str = ""
     is_on: bool | None = None  # None: not a switch
-    needs: str = ""  # "project", "brains", "results", "current", "snapshots": : greyed out without
+    needs: str = ""  # "project", "brains", "results", "current", "snapshots": greyed out without
 
 
 SPECS = (
@@ -65,15 +65,6 @@ SPECS = (
         ("Ctrl+E",),
         lambda w: w.files.export(),
         needs="current",
-    ),
-    ActionSpec(
-        "import_landmarks",
-        "File",
-        "&Import landmarks…",
-        ("Ctrl+I",),
-        lambda w: w.files.import_landmarks(),
-        "Add the landmark pairs of a BigWarp, Slicer, OpenSim Creator or flybrains file",
-        needs="project",
     ),
     ActionSpec(
         "screenshot",
