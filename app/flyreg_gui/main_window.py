@@ -55,6 +55,7 @@ from flyreg_gui.runner import Runner
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session, with_view
 from flyreg_gui.status import StatusBar
+from flyreg_gui.taking_away import TakingAway
 from flyreg_gui.theme import Scheme, Theme, current_theme, set_scheme
 from flyreg_gui.tour import Tour
 from flyreg_gui.trim_mode import TrimMode
@@ -99,6 +100,7 @@ class MainWindow(QMainWindow):
         self.files = FileCommands(self)
         self.neuropils = Neuropils(self.session, self)
         self.landmark_commands = LandmarkCommands(self)
+        self.taking_away = TakingAway(self)
         self.pictures = PictureCommands(self)
         self.drops = Drops(self)
         self.autosave = Autosave(self.session, lambda p: with_view(p, self.view_state()), self)
