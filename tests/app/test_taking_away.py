@@ -23,14 +23,14 @@ def answer_two(first, second):
 def test_points_of_a_table_are_carried_as_the_command_does(window, tmp_path, is_inverse):
     results = window.session.results
     brain = results.target if is_inverse else results.source
-    points = brain.surface.vertices[::4000] + [0.5, 0.0, 0.0]
+    points = brain.surface.vertices[::4000] + np.array([0.5, 0.0, 0.0])
     start, end = tmp_path / "points.csv", tmp_path / "carried.csv"
     rows = "".join(f"{x!r},{y!r},{z!r},kept\n" for x, y, z in points.tolist())
     start.write_text("x,y,z,note\n" + rows + "9999,0,0,far\n")
     answer_two(start, end)
     name = "carry_points_back" if is_inverse else "carry_points"
     window.actions_by_name[name].trigger()
-    table = list(csv.DictReader(end.open()))
+    table = list(csv.DictReader(end.read_text().splitlines()))
     assert [row["status"] for row in table] == ["mapped"] * len(points) + ["outside"]
     assert {row["note"] for row in table} == {"kept", "far"}
     found = np.array([[float(row[axis]) for axis in "xyz"] for row in table[:-1]])
