@@ -50,6 +50,8 @@ from flyreg_gui.status import StatusBar
 from flyreg_gui.theme import Theme, current_theme
 from flyreg_gui.trim_mode import TrimMode
 from flyreg_gui.tunnels import Tunnels, guess_of
+from flyreg_gui.view_commands import ViewCommands
+from flyreg_gui.view_menus import add_view_menus
 from flyreg_gui.view_state import read_view_state, view_state
 from flyreg_gui.views.graphics import PRINT, samples_per_pixel
 from flyreg_gui.views.view_area import ViewArea
@@ -82,6 +84,7 @@ class MainWindow(QMainWindow):
             *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
             self.judging,
         )
+        self.view_commands = ViewCommands(self.view_area, self.selection)
         self.steps = StepsPanel(self.session, self.tunnels, self.trim)
         self.landmarks = LandmarksPanel(self.session, self.selection)
         self.judge = JudgePanel(self.judging)
@@ -162,7 +165,8 @@ class MainWindow(QMainWindow):
         fill_menu(menus["Edit"], actions, ("drill",))
         fill_menu(menus["Landmarks"], actions, ("accept", "next_unplaced", "import_landmarks"))
         self._fill_presets(menus["Landmarks"])
-        fill_menu(menus["View"], actions, ("link",))
+        fill_menu(menus["View"], actions, ("link", "focus", "blink_target", "markers"))
+        add_view_menus(menus["View"], actions, self.view_area.arrangement)
         fill_menu(menus["Help"], actions)
         menus["View"].addSeparator()
         for dock in self._docks:
@@ -264,6 +268,7 @@ class MainWindow(QMainWindow):
         if remembered is not None:
             self.restoreGeometry(remembered[0])
             self.restoreState(remembered[1])
+        self.view_area.arrangement.restore(self.preferences.views)
 
     # What actions do
 
@@ -445,6 +450,7 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.preferences.save_window(self.saveGeometry(), self.saveState())
+        self.preferences.views = self.view_area.arrangement.state()
         self.runner.close()
         self.judging.close()
         self.view_area.close_canvases()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from contextlib import suppress
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QSettings
@@ -53,3 +55,14 @@ class Preferences:
         if isinstance(geometry, QByteArray) and isinstance(state, QByteArray):
             return geometry, state
         return None
+
+    @property
+    def views(self) -> object:
+        """How the views were arranged, as `Arrangement.state` tells it."""
+        with suppress(ValueError):
+            return json.loads(str(self._settings.value("window/views", "")))
+        return None
+
+    @views.setter
+    def views(self, state: dict[str, object]) -> None:
+        self._settings.setValue("window/views", json.dumps(state))
