@@ -67,15 +67,6 @@ SPECS = (
         needs="current",
     ),
     ActionSpec(
-        "import_landmarks",
-        "File",
-        "&Import landmarks…",
-        ("Ctrl+I",),
-        lambda w: w.files.import_landmarks(),
-        "Add the landmark pairs of a BigWarp, Slicer, OpenSim Creator or flybrains file",
-        needs="project",
-    ),
-    ActionSpec(
         "export_vertex_pairs",
         "File",
         "Export &vertex pairs for navis…",

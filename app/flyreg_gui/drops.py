@@ -52,7 +52,7 @@ class Drops(QObject):
         elif len(paths) == 2:
             files.open_brains(str(paths[0]), str(paths[1]))
         elif session.project is not None and paths[0].suffix.lower() in LANDMARK_ENDINGS:
-            files.import_landmarks_from(paths[0])
+            self._window.landmark_commands.import_from(paths[0])
         else:
             self._take_one(paths[0])
 

@@ -12,10 +12,9 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog
 
 from flyreg_core import edits
-from flyreg_core.brain_files import UM_PER_UNIT, open_brain, write_mesh
+from flyreg_core.brain_files import open_brain, write_mesh
 from flyreg_core.edits import Role
-from flyreg_core.errors import FlyregError, LandmarkError
-from flyreg_core.landmark_files import read_landmark_pairs, to_landmark_pairs
+from flyreg_core.errors import FlyregError
 from flyreg_core.project import Brain, BrainInput, Project
 from flyreg_core.project_file import load_project, save_project
 from flyreg_core.results import Results
@@ -29,7 +28,6 @@ from flyreg_gui.template_browser import TemplateBrowser
 if TYPE_CHECKING:
     from flyreg_gui.main_window import MainWindow
 
-LANDMARK_FILTER = "Landmarks (*.csv *.fcsv *.json);;All files (*)"
 PROJECT_FILTER = "flyreg projects (*.flyreg);;All files (*)"
 EXPORT_FILTER = (
     "PLY (*.ply);;Wavefront (*.obj);;STL (*.stl);;OFF (*.off);;glTF (*.glb);;VTK (*.vtk)"
@@ -91,27 +89,6 @@ class FileCommands:
             self._window.show_problem(sentence_for(error))
         else:
             self._session.edit(f"open another {role}", edits.set_brain(project, role, brain))
-
-    def import_landmarks(self) -> None:
-        """Ask for a landmark file and add its pairs."""
-        path, _ = QFileDialog.getOpenFileName(
-            self._window, "Import landmarks", self._window.preferences.folder, LANDMARK_FILTER
-        )
-        if path:
-            self.import_landmarks_from(Path(path))
-
-    def import_landmarks_from(self, path: Path) -> None:
-        """Add the landmark pairs of a file, in one undo step."""
-        project = self._session.project
-        if project is None:
-            return
-        try:
-            changed, count = with_landmarks(project, path)
-        except (FlyregError, OSError) as error:
-            self._window.show_problem(sentence_for(error))
-            return
-        self._session.edit(f"import {count} landmarks", changed)
-        self._window.say(f"Imported {count} landmarks from {path.name}")
 
     def open_project(self) -> None:
         """Ask for a project file and open it."""
@@ -224,29 +201,6 @@ class FileCommands:
     def _copy(self, text: str, what: str) -> None:
         QGuiApplication.clipboard().setText(text)
         self._window.say(f"{what} that repeats this registration is on the clipboard")
-
-
-def with_landmarks(project: Project, path: Path) -> tuple[Project, int]:
-    """Return a project with the landmark pairs of a file, and their number.
-
-    Raises
-    ------
-    FlyregError
-        The file cannot be read, a name in it is taken, or no landmark in it has both ends.
-    """
-    read = to_landmark_pairs(
-        read_landmark_pairs(path),
-        UM_PER_UNIT[project.source.input.unit],
-        UM_PER_UNIT[project.target.input.unit],
-    )
-    if not any(pair.is_placed for pair in read):
-        raise LandmarkError(
-            f"{path} has {len(read)} landmarks but none with a place on both brains; choose a file "
-            "with pairs"
-        )
-    for pair in read:
-        project = edits.add_pair(project, pair)
-    return project, len(read)
 
 
 def export_mesh(results: Results, path: Path) -> None:
