@@ -103,10 +103,12 @@ def _write_results(results: Results, folder: Path, started: float) -> dict[str, 
     from flyreg_core.project_file import save_project
     from flyreg_core.report import register_report, write_flat, write_registered
     from flyreg_core.report_page import write_report
+    from flyreg_core.vertex_pairs import write_vertex_pairs
 
     make_folder(folder)
     write_registered(folder / "registered.ply", results)
     write_flat(folder / "flat.npz", results)
+    write_vertex_pairs(folder / "vertex-pairs.csv", results)
     save_project(results.project, folder / "project.flyreg")
     cost = _cost(started)
     seconds = {

@@ -16,6 +16,7 @@ from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.progress import Report
 from flyreg_core.results import Results
 from flyreg_core.vertex_quantities import (
+    QUANTITIES,
     STATUS_NAMES,
     Quantity,
     Summary,
@@ -164,6 +165,11 @@ class Judging(QObject):
         if asked is self._asked:
             self.judged = judged
             self.changed.emit()
+
+
+def is_choice(name: str) -> bool:
+    """Tell whether brains can be coloured by what is named so."""
+    return name in (PLAIN, ORIGINS, *(quantity.name for quantity in QUANTITIES))
 
 
 def judge_by(quantity: Quantity, results: Results, report: Report) -> Judged:

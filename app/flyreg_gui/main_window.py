@@ -55,10 +55,13 @@ from flyreg_gui.runner import Runner
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session, with_view
 from flyreg_gui.status import StatusBar
+from flyreg_gui.taking_away import TakingAway
 from flyreg_gui.theme import Scheme, Theme, current_theme, set_scheme
 from flyreg_gui.tour import Tour
 from flyreg_gui.trim_mode import TrimMode
 from flyreg_gui.tunnels import Tunnels, guess_of
+from flyreg_gui.view_commands import ViewCommands
+from flyreg_gui.view_menus import add_view_menus
 from flyreg_gui.view_state import read_view_state, view_state
 from flyreg_gui.views.graphics import PRINT, samples_per_pixel
 from flyreg_gui.views.view_area import ViewArea
@@ -99,6 +102,7 @@ class MainWindow(QMainWindow):
         self.files = FileCommands(self)
         self.neuropils = Neuropils(self.session, self)
         self.landmark_commands = LandmarkCommands(self)
+        self.taking_away = TakingAway(self)
         self.pictures = PictureCommands(self)
         self.drops = Drops(self)
         self.autosave = Autosave(self.session, lambda p: with_view(p, self.view_state()), self)
@@ -108,6 +112,7 @@ class MainWindow(QMainWindow):
             *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
             self.judging,
         )
+        self.view_commands = ViewCommands(self.view_area, self.selection)
         self.steps = StepsPanel(self.session, self.tunnels, self.trim)
         self.landmarks = LandmarksPanel(self.session, self.selection)
         self.judge = JudgePanel(self.judging)
@@ -200,7 +205,10 @@ class MainWindow(QMainWindow):
         fill_menu(menus["Edit"], actions, ("keep_A", "drill", "copy_command", "preferences"))
         fill_menu(menus["Landmarks"], actions, ("accept", "next_unplaced", "import_landmarks"))
         self._fill_presets(menus["Landmarks"])
-        fill_menu(menus["View"], actions, ("blink", "link", "dark"))
+        fill_menu(
+            menus["View"], actions, ("blink", "link", "focus", "blink_target", "markers", "dark")
+        )
+        add_view_menus(menus["View"], actions, self.view_area.arrangement)
         fill_menu(menus["Help"], actions)
         menus["View"].addSeparator()
         for dock in self._docks:
@@ -312,6 +320,7 @@ class MainWindow(QMainWindow):
         if remembered is not None:
             self.restoreGeometry(remembered[0])
             self.restoreState(remembered[1])
+        self.view_area.arrangement.restore(self.preferences.views)
 
     # What actions do
 
@@ -527,6 +536,7 @@ class MainWindow(QMainWindow):
         self.preferences.save_window(self.saveGeometry(), self.saveState())
         self.recovery.release()
         self.autosave.close()
+        self.preferences.views = self.view_area.arrangement.state()
         self.runner.close()
         self.judging.close()
         self.view_area.close_canvases()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import get_args
@@ -161,6 +162,17 @@ class Preferences:
         if isinstance(geometry, QByteArray) and isinstance(state, QByteArray):
             return geometry, state
         return None
+
+    @property
+    def views(self) -> object:
+        """How the views were arranged, as `Arrangement.state` tells it."""
+        with suppress(ValueError):
+            return json.loads(str(self._settings.value("window/views", "")))
+        return None
+
+    @views.setter
+    def views(self, state: dict[str, object]) -> None:
+        self._settings.setValue("window/views", json.dumps(state))
 
 
 def _recent_brain(entry: dict[str, object]) -> RecentBrain:

@@ -128,6 +128,18 @@ class Cursor(QObject):
         """Return where the place is in a view."""
         return self.marks[view].point
 
+    def point_of(self, view: SurfaceView | FlatView | None) -> Floats | None:
+        """Return the point of a view's scene that is pointed at, if the mouse is in it."""
+        results, place, area = self._results, self.place, self._area
+        if view is None or results is None or place is None:
+            return None
+        if isinstance(view, FlatView):
+            return None if place.plane is None else view.raised_mark(place.plane)
+        if view is area.target:
+            return place.target.on(results.target.surface)
+        brain = results.source if view is area.source else results.registration
+        return place.source.on(brain.surface)
+
     def _on_hovered(self, view: SurfaceView | FlatView, position: QPointF) -> None:
         self._asked = (view, position)
         if not self._timer.isActive():
@@ -195,7 +207,8 @@ def _opacity(view: SurfaceView | FlatView, point: Floats | None) -> float:
     pixels, depths = view.canvas.to_pixels(point[None])
     surface = view.pickable_surface
     depth = float(depths[0]) - CLEARANCE * surface.mesh.diagonal
-    return 1.0 if is_open(surface, QPointF(*pixels[0]), depth) else HIDDEN
+    is_seen = surface.is_whole_at(point) and is_open(surface, QPointF(*pixels[0]), depth)
+    return 1.0 if is_seen else HIDDEN
 
 
 def describe(place: SamePlace, results: Results) -> str:
