@@ -28,7 +28,7 @@ class ActionSpec:
     do: Callable[[MainWindow], object] | Callable[[MainWindow, bool], object]
     tip: str = ""
     is_on: bool | None = None  # None: not a switch
-    needs: str = ""  # "project", "brains", "results", "current", "snapshots": : greyed out without
+    needs: str = ""  # "project", "brains", "results", "current", "snapshots": greyed out without
 
 
 SPECS = (

@@ -139,4 +139,4 @@ class TemplateBrowser(QDialog):
 def unit_in_words(label: str) -> str:
     """Return the unit of a template as the user reads it."""
     unit = template_unit(label)
-    return {"um": "µm", None: "unit not stated"}.get(unit, str(unit))
+    return {"um": "µm", None: "no unit"}.get(unit, str(unit))

@@ -18,6 +18,8 @@ from flyreg_core.templates import template_file
 from flyreg_gui.theme import TARGET
 
 SIZE = (176, 112)
+SHARPNESS = 2
+"""Pixels per pixel of the window, for screens with small ones."""
 AXES = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
 """Templates grow to the right, downwards, and away from who looks at them, as image stacks do."""
 VERTICES, PROBLEM = "vertices", "problem"
@@ -71,8 +73,9 @@ def drawn(label: str) -> QImage:
         image.fill(0)
         image.setText(PROBLEM, str(error))
         return image
-    view = view_of(surface.vertices, AXES, SIZE)
-    pixels = np.ascontiguousarray(draw_surface(surface, TARGET, view, SIZE))
-    image = QImage(pixels.tobytes(), *SIZE, 4 * SIZE[0], QImage.Format.Format_RGBA8888).copy()
+    width, height = size = (SHARPNESS * SIZE[0], SHARPNESS * SIZE[1])
+    view = view_of(surface.vertices, AXES, size)
+    pixels = np.ascontiguousarray(draw_surface(surface, TARGET, view, size))
+    image = QImage(pixels.tobytes(), width, height, QImage.Format.Format_RGBA8888).copy()
     image.setText(VERTICES, str(len(surface.vertices)))
     return image

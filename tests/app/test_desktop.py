@@ -118,8 +118,9 @@ def test_landmarks_dropped_are_imported_in_one_step(qtbot, window, tmp_path):
     qtbot.waitUntil(lambda: len(window.session.project.pairs) == 3)
     assert window.session.undo_stack.count() == 1
     settle(qtbot, window)
-    drop(window, file)  # the same names again
-    qtbot.waitUntil(lambda: "already" in window.banner.text)
+    file.write_text("no, landmarks")
+    drop(window, file)
+    qtbot.waitUntil(lambda: "pairs.csv" in window.banner.text)
     assert window.session.undo_stack.count() == 1
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap
 from PySide6.QtWidgets import (
     QCommandLinkButton,
     QGridLayout,
@@ -18,6 +19,7 @@ from PySide6.QtWidgets import (
 from flyreg_gui.preferences import RecentBrain
 
 MOST_OF_A_KIND = 4
+ARROW_SIZE, ARROW_COLOR = 40, (61, 127, 196)
 
 WELCOME = (
     "Registers the surface of one fly brain to another. Open two brain meshes, the one that is "
@@ -113,4 +115,24 @@ def _link(text: str, tip: str) -> QPushButton:
 def _big_button(text: str, hint: str) -> QCommandLinkButton:
     button = QCommandLinkButton(text, hint)
     button.setMinimumHeight(56)
+    button.setIcon(_arrow())  # the style's own is black, also on dark ground
     return button
+
+
+def _arrow() -> QIcon:
+    pixmap = QPixmap(ARROW_SIZE, ARROW_SIZE)
+    pixmap.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(pixmap)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(*ARROW_COLOR))
+    far, near = 0.75 * ARROW_SIZE, 0.3 * ARROW_SIZE
+    painter.drawPolygon(
+        [
+            QPointF(near, near / 2),
+            QPointF(far, ARROW_SIZE / 2),
+            QPointF(near, ARROW_SIZE - near / 2),
+        ]
+    )
+    painter.end()
+    return QIcon(pixmap)
