@@ -173,6 +173,15 @@ def test_a_key_is_changed_unless_it_is_taken_and_the_help_shows_it(qtbot, empty_
     dialog.close()
 
 
+def test_how_soon_changes_are_kept_is_chosen_and_remembered(empty_window):
+    dialog = PreferencesDialog(empty_window)
+    dialog.seconds.setValue(7)
+    assert empty_window.autosave.seconds == 7
+    assert Preferences().autosave_seconds == 7
+    dialog.close()
+    dialog.deleteLater()
+
+
 def is_dark(image, x, y):
     return image.pixelColor(x, y).lightness() < 128
 
