@@ -33,6 +33,7 @@ def make_parser(run: Mapping[str, Run]) -> argparse.ArgumentParser:
     _add_register(commands, run)
     _add_transform(commands, run)
     _add_distance(commands, run)
+    _add_compare(commands, run)
     return parser
 
 
@@ -138,3 +139,58 @@ def _add_distance(commands: Commands, run: Mapping[str, Run]) -> None:
     command.add_argument("a", metavar="A")
     command.add_argument("b", metavar="B")
     command.add_argument("--unit", choices=UNITS, help="unit of both, if it is not judged right")
+    command.add_argument(
+        "--voxel-size",
+        nargs=3,
+        type=float,
+        metavar=("X", "Y", "Z"),
+        help="edges of a voxel, um: distances are told in voxels too; volumes may know their own",
+    )
+
+
+def _add_compare(commands: Commands, run: Mapping[str, Run]) -> None:
+    command = _add_command(
+        commands, "compare", run["compare"], "Lay the source on the target by several methods."
+    )
+    command.add_argument("source", metavar="SOURCE")
+    command.add_argument("target", metavar="TARGET")
+    command.add_argument(
+        "--methods",
+        type=_methods,
+        metavar="NAMES",
+        help="with commas between them, such as none,icp,flyreg (default: all)",
+    )
+    command.add_argument(
+        "--points",
+        type=Path,
+        metavar="TRUTH.csv",
+        help="points x,y,z of the source and where they belong: x_target,y_target,z_target",
+    )
+    command.add_argument("--unit", choices=UNITS, help="unit of the points, if not their brains'")
+    command.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="write the table, all moved meshes and pictures of them",
+    )
+    command.add_argument(
+        "--time-limit", type=float, default=60.0, metavar="S", help="of each rival, default 60"
+    )
+    command.add_argument(
+        "--memory-limit", type=float, default=3000.0, metavar="MB", help="likewise, default 3000"
+    )
+    command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
+    command.add_argument("--vertices", type=int, metavar="N", help="simplify both to N vertices")
+    add_brain_options(command, "source")
+    add_brain_options(command, "target")
+
+
+def _methods(text: str) -> tuple[str, ...]:
+    from flyreg_core.comparison import find_methods
+    from flyreg_core.errors import FlyregError
+
+    try:
+        return find_methods([name.strip() for name in text.split(",")])
+    except FlyregError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 import tempfile
 import time
@@ -18,7 +19,6 @@ from flyreg_core.brain_options import brain_of, prepared_as_told
 from flyreg_core.errors import FlyregError
 
 if TYPE_CHECKING:
-    from flyreg_core.mesh import SurfaceMesh
     from flyreg_core.progress import Report
     from flyreg_core.project import Project
     from flyreg_core.results import Results
@@ -99,13 +99,16 @@ def _register(arguments: argparse.Namespace) -> None:
 
 
 def _write_results(results: Results, folder: Path, started: float) -> dict[str, object]:
-    from flyreg_core.files import make_folder, write_atomically
+    from flyreg_core.files import make_folder
     from flyreg_core.project_file import save_project
     from flyreg_core.report import register_report, write_flat, write_registered
+    from flyreg_core.report_page import write_report
+    from flyreg_core.vertex_pairs import write_vertex_pairs
 
     make_folder(folder)
     write_registered(folder / "registered.ply", results)
     write_flat(folder / "flat.npz", results)
+    write_vertex_pairs(folder / "vertex-pairs.csv", results)
     save_project(results.project, folder / "project.flyreg")
     cost = _cost(started)
     seconds = {
@@ -113,7 +116,7 @@ def _write_results(results: Results, folder: Path, started: float) -> dict[str, 
         "by_stage": {name: round(value, 3) for name, value in results.seconds.items()},
     }
     facts = {**register_report(results), **cost, "seconds": seconds}
-    write_atomically(folder / "report.json", json.dumps(facts, indent=2) + "\n")
+    write_report(folder / "report.html", "project.flyreg", results, facts)
     return facts
 
 
@@ -190,28 +193,20 @@ def _transform(arguments: argparse.Namespace) -> None:
     from flyreg_core.pipeline import Pipeline
     from flyreg_core.point_files import read_points, write_points
     from flyreg_core.project_file import load_project
-    from flyreg_core.transform import REACH_UM, find_in_pockets, transform_points
+    from flyreg_core.transform import REACH_UM, carry, check_reach
 
     check_place(arguments.output)
     project = load_project(arguments.project)
     table = read_points(arguments.points)
     reach = REACH_UM if arguments.reach is None else arguments.reach
-    if not reach >= 0:
-        raise FlyregError(f"the reach must be 0 or a positive number of micrometres, not {reach}")
+    check_reach(reach)
     with _Progress() as progress:
         results = Pipeline(open_cache()).run(project, progress, measure=False)
-    start, end = results.source.surface, results.registration.surface
-    brains = [results.source, results.target]
+    units = [brain.input.unit for brain in (project.source, project.target)]
     if arguments.inverse:
-        start, end = end, start
-        brains.reverse()
-    units = [brain.brain.input.unit for brain in brains]
+        units.reverse()
     points = table.points * UM_PER_UNIT[arguments.unit or units[0]]
-    is_mirrored = results.source.frame.is_mirrored != results.target.frame.is_mirrored
-    in_pocket = find_in_pockets(points, brains[0].torus, brains[0].raw, reach)
-    by_shape = results.to_target
-    to_end = None if by_shape is None else by_shape.back if arguments.inverse else by_shape
-    moved = transform_points(points, start, end, reach, is_mirrored, in_pocket, to_end)
+    moved = carry(points, results, reach, arguments.inverse)
     write_points(arguments.output, table, moved, UM_PER_UNIT[arguments.unit or units[1]])
     mapped = int(moved.is_mapped.sum())
     facts = {"points": len(points), "mapped": mapped, "outside": len(points) - mapped}
@@ -219,19 +214,62 @@ def _transform(arguments: argparse.Namespace) -> None:
 
 
 def _distance(arguments: argparse.Namespace) -> None:
+    from flyreg_core.brain_files import open_brain, read_brain, voxel_edge_um
     from flyreg_core.report import distance_report
     from flyreg_core.surface_distance import measure_distances
+    from flyreg_core.volume_formats import is_volume
 
-    a, b = _surface(arguments.a, arguments.unit), _surface(arguments.b, arguments.unit)
+    size, edge = arguments.voxel_size, _cube_edge(arguments.voxel_size)
+    inputs = [
+        open_brain(name, arguments.unit, size if is_volume(Path(name)) else None)
+        for name in (arguments.a, arguments.b)
+    ]
+    if edge is None:
+        edge = voxel_edge_um(inputs[1]) or voxel_edge_um(inputs[0])
+    a, b = (read_brain(brain) for brain in inputs)
     with _Progress() as progress:
         distances = measure_distances(a, b, progress)
-    _print(distance_report(distances, "a_to_b", "b_to_a"), arguments.json)
+    _print(distance_report(distances, "a_to_b", "b_to_a", edge), arguments.json)
 
 
-def _surface(name: str, unit: str | None) -> SurfaceMesh:
-    from flyreg_core.brain_files import open_brain, read_brain
+def _compare(arguments: argparse.Namespace) -> None:
+    from flyreg_core.apart import Limits
+    from flyreg_core.brain_files import UM_PER_UNIT
+    from flyreg_core.comparison import METHODS, compare
+    from flyreg_core.comparison_report import as_table, comparison_report, write_comparison
+    from flyreg_core.files import check_place
+    from flyreg_core.point_files import read_point_pairs
+    from flyreg_core.project import Project
 
-    return read_brain(open_brain(name, unit))  # type: ignore[arg-type]
+    if arguments.output is not None:
+        check_place(arguments.output / "compare.json")
+    limits = Limits(arguments.time_limit, arguments.memory_limit)
+    source = brain_of(arguments.source, arguments, "source")
+    target = brain_of(arguments.target, arguments, "target")
+    truth = None
+    if arguments.points is not None:
+        units = (UM_PER_UNIT[arguments.unit or brain.input.unit] for brain in (source, target))
+        truth = read_point_pairs(arguments.points).scaled(*units)
+    with _Progress() as progress:
+        project = Project(source, target)
+        found = compare(project, arguments.methods or METHODS, truth, limits, progress)
+    facts = comparison_report(found, source.input, target.input, limits)
+    if arguments.output is not None:
+        write_comparison(arguments.output, found, facts, target.input.unit)
+    if arguments.json:
+        _print(facts, as_json=True)
+    else:
+        print(as_table(facts))
+
+
+def _cube_edge(size: Sequence[float] | None) -> float | None:
+    """Return the edge of a cube as large as a voxel."""
+    if size is None:
+        return None
+    if not all(math.isfinite(edge) and edge > 0 for edge in size):
+        edges = " x ".join(f"{edge:g}" for edge in size)
+        raise FlyregError(f"a voxel has three positive edges in micrometres, not {edges}")
+    return math.prod(size) ** (1 / 3)
 
 
 class _Progress:
@@ -318,6 +356,7 @@ _COMMANDS = {
     "register": _register,
     "transform": _transform,
     "distance": _distance,
+    "compare": _compare,
 }
 
 

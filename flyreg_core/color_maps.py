@@ -12,6 +12,10 @@ from flyreg_core.mesh import Floats
 Color = tuple[int, int, int]
 Colors = NDArray[np.uint8]
 
+SOURCE: Color = (120, 160, 196)
+TARGET: Color = (216, 178, 120)
+"""Of the two brains, wherever both are shown."""
+
 
 @dataclass(frozen=True)
 class ColorMap:

@@ -5,17 +5,20 @@ from __future__ import annotations
 import csv
 import io
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from flyreg_core.errors import InputError
+from flyreg_core.errors import FlyregError, InputError
 from flyreg_core.files import read_text, write_atomically
+from flyreg_core.landmark_files import read_landmark_pairs
 from flyreg_core.mesh import Floats
 from flyreg_core.transform import TransformedPoints
 
 AXES = ("x", "y", "z")
+TARGET_AXES = ("x_target", "y_target", "z_target")
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +30,51 @@ class PointTable:
     points: Floats  # (n, 3), in the unit of the file
 
 
+@dataclass(frozen=True, eq=False)
+class PointPairs:
+    """Points of one brain and where they belong in another."""
+
+    source: Floats  # (n, 3)
+    target: Floats  # (n, 3)
+
+    def scaled(self, source_um: float, target_um: float) -> PointPairs:
+        """Return the points in micrometres, given the lengths of their units."""
+        return PointPairs(source_um * self.source, target_um * self.target)
+
+
+def read_point_pairs(path: Path) -> PointPairs:
+    """Read points of one brain and where they belong in another.
+
+    A table with the columns x, y, z, x_target, y_target and z_target among others; or a landmark
+    file with both ends, of which flybrains' has just six columns (`landmark_files`).
+
+    Raises
+    ------
+    FlyregError
+        It is neither, a coordinate is blank or no number, or there is no point.
+    """
+    lines = [line for line in csv.reader(io.StringIO(read_text(path))) if line]
+    columns = [name.strip() for name in lines[0]] if lines else []
+    if set(TARGET_AXES) <= set(columns):
+        ends = [_table(path, lines, axes).points for axes in (AXES, TARGET_AXES)]
+    else:
+        try:
+            pairs = read_landmark_pairs(path)
+        except FlyregError as error:
+            raise InputError(
+                f"{path} has no columns {', '.join((*AXES, *TARGET_AXES))}, and is no landmark file: "
+                f"{error}"
+            ) from error
+        whole = [pair for pair in pairs if pair.source and pair.target]
+        ends = [
+            np.array([getattr(pair, role) for pair in whole], dtype=float).reshape(-1, 3)
+            for role in ("source", "target")
+        ]
+    if not len(ends[0]):
+        raise InputError(f"{path} holds no point with a place in both brains; choose another file")
+    return PointPairs(ends[0], ends[1])
+
+
 def read_points(path: Path) -> PointTable:
     """Read a table of points.
 
@@ -35,23 +83,26 @@ def read_points(path: Path) -> PointTable:
     InputError
         A column is missing, or a row has a blank, text or an infinite number for a coordinate.
     """
-    lines = list(csv.reader(io.StringIO(read_text(path))))
-    lines = [line for line in lines if line]
+    lines = [line for line in csv.reader(io.StringIO(read_text(path))) if line]
+    return _table(path, lines, AXES)
+
+
+def _table(path: Path, lines: Sequence[Sequence[str]], axes: Sequence[str]) -> PointTable:
     columns = tuple(name.strip() for name in lines[0]) if lines else ()
-    missing = [axis for axis in AXES if axis not in columns]
+    missing = [axis for axis in axes if axis not in columns]
     if missing:
         raise InputError(
-            f"{path} has no column {' and no column '.join(missing)} in its first line; the columns x, y "
-            "and z are needed"
+            f"{path} has no column {' and no column '.join(missing)} in its first line; the columns "
+            f"{', '.join(axes[:-1])} and {axes[-1]} are needed"
         )
-    places = [columns.index(axis) for axis in AXES]
+    places = [columns.index(axis) for axis in axes]
     points = np.zeros((len(lines) - 1, 3))
     for number, line in enumerate(lines[1:], 1):
         if len(line) != len(columns):
             raise InputError(f"{path}, row {number}: {len(line)} values for {len(columns)} columns")
         for axis, place in enumerate(places):
             points[number - 1, axis] = _number(
-                line[place], f"{path}, row {number}, column {AXES[axis]}"
+                line[place], f"{path}, row {number}, column {axes[axis]}"
             )
     return PointTable(columns, tuple(tuple(line) for line in lines[1:]), points)
 

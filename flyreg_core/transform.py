@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flyreg_core.errors import FlyregError
 from flyreg_core.frame import LEFT_RIGHT
 from flyreg_core.mesh import Booleans, Floats, SurfaceMesh
+from flyreg_core.results import Results
 from flyreg_core.surface_places import find_places
 from flyreg_core.torus import Torus
 
@@ -25,6 +27,42 @@ class TransformedPoints:
 
     points: Floats  # (n, 3), micrometres
     is_mapped: Booleans  # (n,)
+
+
+def check_reach(reach_um: float) -> None:
+    """Tell whether a distance can be a reach.
+
+    Raises
+    ------
+    FlyregError
+        It is negative or not a number.
+    """
+    if not reach_um >= 0:
+        raise FlyregError(
+            f"the reach must be 0 or a positive number of micrometres, not {reach_um}"
+        )
+
+
+def carry(
+    points: Floats, results: Results, reach_um: float = REACH_UM, is_inverse: bool = False
+) -> TransformedPoints:
+    """Return points carried along a registration, or back.
+
+    Parameters
+    ----------
+    points : (n, 3) float
+        In the frame of the source, of the target if `is_inverse`, micrometres.
+    reach_um : float
+        How far from the main brain's surface a point may lie to be mapped.
+    """
+    start, end = results.source.surface, results.registration.surface
+    brain, by_shape = results.source, results.to_target
+    if is_inverse:
+        start, end, brain = end, start, results.target
+    to_end = None if by_shape is None else by_shape.back if is_inverse else by_shape
+    is_mirrored = results.source.frame.is_mirrored != results.target.frame.is_mirrored
+    in_pocket = find_in_pockets(points, brain.torus, brain.raw, reach_um)
+    return transform_points(points, start, end, reach_um, is_mirrored, in_pocket, to_end)
 
 
 def find_in_pockets(

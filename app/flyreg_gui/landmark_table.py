@@ -44,7 +44,7 @@ class Column(IntEnum):
     LEVERAGE = 5
 
 
-HEADERS = ("Landmark", "Curve", "Weight", "Resid.", "Left out", "Lever.")
+HEADERS = ("Landmark", "Curve", "Weight", "Resid.", "Left out", "Lev. %")
 HEADER_TIPS = (
     "Untick a landmark to see what happens without it; double-click one of your own to rename it",
     "The curve a landmark lies on, and the half if it belongs to one only",
@@ -256,7 +256,7 @@ class LandmarkTable(QAbstractTableModel):
         if number is None:
             return ""
         if column == Column.LEVERAGE:
-            return f"{100 * number:.0f} %"
+            return f"{100 * number:.0f}"
         mark = "⚠ " if column == Column.FORETOLD and row.pair.id in self._judged.suspicious else ""
         return f"{mark}{number:.2f}" if np.isfinite(number) else "alone"
 
@@ -323,4 +323,6 @@ def _tip(row: Row) -> str:
 
 def format_weight(weight: float) -> str:
     """Return a weight as the user reads it; 0 is "off"."""
-    return f"{weight:.3g}" if weight > 0 else "off"
+    if weight <= 0:
+        return "off"
+    return f"{weight:.2g}" if weight < 0.1 else f"{weight:.3g}"

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QSlider,
     QStackedWidget,
     QToolBar,
+    QUndoView,
     QVBoxLayout,
     QWidget,
 )
@@ -27,10 +28,14 @@ from flyreg_core.pipeline import Pipeline
 from flyreg_core.project import Project
 from flyreg_core.results import Results
 from flyreg_gui.actions import enable_actions, fill_menu, make_actions
-from flyreg_gui.dialogs import HelpWindow
+from flyreg_gui.autosave import Autosave
+from flyreg_gui.blink import NAMES, Blink
 from flyreg_gui.drill_mode import DrillMode
+from flyreg_gui.drops import Drops
 from flyreg_gui.files import FileCommands
+from flyreg_gui.help_window import HelpWindow, help_pages
 from flyreg_gui.judging import ORIGINS, Judging
+from flyreg_gui.keymap import Keymap
 from flyreg_gui.landmark_commands import LandmarkCommands
 from flyreg_gui.landmark_mode import KINDS, LandmarkMode
 from flyreg_gui.modes import Mode, Modes
@@ -39,15 +44,20 @@ from flyreg_gui.panels.banner import Banner
 from flyreg_gui.panels.fold_alarm import FoldAlarm
 from flyreg_gui.panels.judge import JudgePanel
 from flyreg_gui.panels.landmarks import LandmarksPanel
+from flyreg_gui.panels.recovery import RecoveryBar
 from flyreg_gui.panels.start import StartPage
 from flyreg_gui.panels.steps import StepsPanel
+from flyreg_gui.pictures import PictureCommands
 from flyreg_gui.preferences import Preferences
+from flyreg_gui.preferences_dialog import PreferencesDialog
 from flyreg_gui.preparing import PreparingPipeline
 from flyreg_gui.runner import Runner
 from flyreg_gui.selection import Selection
-from flyreg_gui.session import Session
+from flyreg_gui.session import Session, with_view
 from flyreg_gui.status import StatusBar
-from flyreg_gui.theme import Theme, current_theme
+from flyreg_gui.taking_away import TakingAway
+from flyreg_gui.theme import Scheme, Theme, current_theme, set_scheme
+from flyreg_gui.tour import Tour
 from flyreg_gui.trim_mode import TrimMode
 from flyreg_gui.tunnels import Tunnels, guess_of
 from flyreg_gui.view_commands import ViewCommands
@@ -58,6 +68,18 @@ from flyreg_gui.views.view_area import ViewArea
 
 BLEND_AT_FIRST = 20
 """How much of the target shows through, in per cent."""
+
+SHORT_TEXTS = {
+    "trim": "Trim and cut",
+    "tunnels": "Tunnels",
+    "undo": "Undo",
+    "redo": "Redo",
+    "screenshot": "Picture of the window",
+    "picture_of_views": "Picture of all views",
+    "picture_of_view": "Picture of the current view",
+    "turn": "Turning picture",
+}
+"""What actions are called outside their menu, where the text there is too long, short, or changes."""
 
 SHOW_TUNNELS = "Show the tunnels"
 
@@ -80,6 +102,12 @@ class MainWindow(QMainWindow):
         self.files = FileCommands(self)
         self.neuropils = Neuropils(self.session, self)
         self.landmark_commands = LandmarkCommands(self)
+        self.taking_away = TakingAway(self)
+        self.pictures = PictureCommands(self)
+        self.drops = Drops(self)
+        self.autosave = Autosave(self.session, lambda p: with_view(p, self.view_state()), self)
+        self.recovery = RecoveryBar(self)
+        self.blink = Blink(self.session, self.say, self)
         self.view_area = ViewArea(
             *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
             self.judging,
@@ -99,7 +127,11 @@ class MainWindow(QMainWindow):
         self._make_center()
         self._make_docks()
         self._make_menus()
+        for name, short in SHORT_TEXTS.items():
+            self.actions_by_name[name].setIconText(short)
+        self.keymap = Keymap(self.actions_by_name, self.preferences)
         self._make_toolbar()
+        self.tour = Tour(self)
         self.status = StatusBar(self.session)
         self.setStatusBar(self.status)
         modes: dict[str, Mode] = {
@@ -124,19 +156,25 @@ class MainWindow(QMainWindow):
         layout = QVBoxLayout(center)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
+        layout.addWidget(self.recovery)
         layout.addWidget(self.banner)
         layout.addWidget(self.fold_alarm)
         layout.addWidget(self._stack, 1)
         center.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setCentralWidget(center)
         center.setFocus()  # not the first button, which would take Space
-        self.start.show_recent(self.preferences.recent_projects)
+        self.start.show_recent(self.preferences.recent_projects, self.preferences.recent_pairs)
 
     def _make_docks(self) -> None:
         self._docks = []
+        self.history = QUndoView(self.session.undo_stack)
+        self.history.setEmptyLabel("As opened")
+        self.history.setAccessibleName("History of changes")
+        self.history.setToolTip("Click a state to go back or forth to it")
         for title, widget, area in (
             ("Steps", self.steps, Qt.DockWidgetArea.LeftDockWidgetArea),
             ("Landmarks", self.landmarks, Qt.DockWidgetArea.RightDockWidgetArea),
+            ("History", self.history, Qt.DockWidgetArea.LeftDockWidgetArea),
             ("Judge", self.judge, Qt.DockWidgetArea.RightDockWidgetArea),
         ):
             dock = QDockWidget(title, self)
@@ -144,9 +182,11 @@ class MainWindow(QMainWindow):
             dock.setWidget(widget)
             self.addDockWidget(area, dock)
             self._docks.append(dock)
-        self.tabifyDockWidget(self._docks[1], self._docks[2])
-        self._docks[1].raise_()
-        self.resizeDocks(self._docks[:2], [280, 450], Qt.Orientation.Horizontal)
+        steps, landmarks, history, judge = self._docks
+        history.hide()
+        self.tabifyDockWidget(landmarks, judge)
+        landmarks.raise_()
+        self.resizeDocks([steps, landmarks], [280, 450], Qt.Orientation.Horizontal)
 
     def _make_menus(self) -> None:
         menus: dict[str, QMenu] = {}
@@ -162,15 +202,24 @@ class MainWindow(QMainWindow):
         menus["Edit"].addSeparator()
         actions = self.actions_by_name
         fill_menu(menus["File"], actions, ("save", "export", "quit"))
-        fill_menu(menus["Edit"], actions, ("drill",))
+        fill_menu(menus["Edit"], actions, ("keep_A", "drill", "copy_command", "preferences"))
         fill_menu(menus["Landmarks"], actions, ("accept", "next_unplaced", "import_landmarks"))
         self._fill_presets(menus["Landmarks"])
-        fill_menu(menus["View"], actions, ("link", "focus", "blink_target", "markers"))
+        fill_menu(
+            menus["View"], actions, ("blink", "link", "focus", "blink_target", "markers", "dark")
+        )
         add_view_menus(menus["View"], actions, self.view_area.arrangement)
         fill_menu(menus["Help"], actions)
         menus["View"].addSeparator()
         for dock in self._docks:
             menus["View"].addAction(dock.toggleViewAction())
+        pictures = QMenu("&Pictures", self)
+        pictures.setObjectName("Pictures")
+        fill_menu(pictures, actions)
+        menus["File"].insertMenu(actions["quit"], pictures)
+        menus["File"].insertSeparator(actions["quit"])
+        self._recent_pairs_menu = QMenu("Recent &brains", self)
+        menus["File"].insertMenu(actions["demo"], self._recent_pairs_menu)
         self._recent_menu = QMenu("&Recent projects", self)
         menus["File"].insertMenu(actions["demo"], self._recent_menu)
         menus["File"].aboutToShow.connect(self._fill_recent)
@@ -196,16 +245,11 @@ class MainWindow(QMainWindow):
         menu.insertMenu(self.actions_by_name["accept"], kinds)
 
     def _make_toolbar(self) -> None:
-        bar = QToolBar("Tools", self)
+        bar = self._tools = QToolBar("Tools", self)
         bar.setObjectName("tools")
         bar.setMovable(False)
         bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         actions = self.actions_by_name
-        actions["landmark_mode"].setIconText("Landmark mode")
-        actions["tunnels"].setIconText("Tunnels")
-        actions["trim"].setIconText("Trim and cut")
-        actions["undo"].setIconText("Undo")
-        actions["redo"].setIconText("Redo")
         bar.addActions([actions["open_brains"], actions["save"], actions["export"]])
         bar.addSeparator()
         bar.addActions([actions["undo"], actions["redo"]])
@@ -235,6 +279,12 @@ class MainWindow(QMainWindow):
         self.judging.chosen_changed.connect(self._on_judging_chosen)
         self.banner.asked.connect(self._on_help_asked)
         self.steps.tunnels.drill_asked.connect(self.actions_by_name["drill"].toggle)
+        self.autosave.set_seconds(self.preferences.autosave_seconds)
+        self.autosave.failed.connect(self.show_problem)
+        self.blink.refused.connect(self.show_problem)
+        self.blink.changed.connect(
+            lambda: self.actions_by_name["blink"].setChecked(self.blink.is_on)
+        )
         self.blend.valueChanged.connect(self._on_blend)
         self.blend.setValue(BLEND_AT_FIRST)
         self.steps.open_asked.connect(files.open_brains)
@@ -255,6 +305,8 @@ class MainWindow(QMainWindow):
         self.start.project_asked.connect(files.open_project)
         self.start.demo_asked.connect(files.open_demo)
         self.start.recent_asked.connect(self._on_recent)
+        self.start.templates_asked.connect(files.open_templates)
+        self.start.recent_pair_asked.connect(files.open_recent_pair)
 
     def _spare_buttons(self) -> None:
         """Keep a click on a button from taking the keyboard, so that Space stays the window's."""
@@ -278,7 +330,9 @@ class MainWindow(QMainWindow):
 
     def escape(self) -> None:
         """Abandon what is half made, or else select nothing."""
-        if not self.modes.abandon():
+        if self.blink.is_on:
+            self.blink.set_on(False)
+        elif not self.modes.abandon():
             self.selection.clear()
             self.tunnels.choose(None)
 
@@ -289,13 +343,31 @@ class MainWindow(QMainWindow):
             what = "landmark" if len(chosen) == 1 else f"{len(chosen)} landmarks"
             self.session.edit(f"delete {what}", edits.remove_pairs(project, chosen))
 
-    def show_shortcuts(self) -> None:
-        """Show what the mouse and the keys do."""
-        self._show_help("Mouse and keys", "shortcuts.md")
+    def show_help(self, title: str) -> None:
+        """Show a page of the help beside the work."""
+        HelpWindow(help_pages(self.keymap.as_markdown()), title, self).show()
 
-    def show_method(self) -> None:
-        """Show what the program does and where that comes from."""
-        self._show_help("About the method", "method.md")
+    def tool_button(self, name: str) -> QWidget:
+        """Return the button of an action in the toolbar."""
+        return self._tools.widgetForAction(self.actions_by_name[name])
+
+    def show_preferences(self) -> None:
+        """Show the preferences beside the work."""
+        PreferencesDialog(self).show()
+
+    def toggle_dark(self) -> None:
+        """Turn the window dark, or light again."""
+        self.set_scheme("light" if current_theme().is_dark else "dark")
+
+    def set_scheme(self, scheme: Scheme) -> None:
+        """Turn the program light, dark, or as the system is, and remember that."""
+        self.preferences.scheme = scheme
+        set_scheme(scheme)
+
+    def set_autosave_seconds(self, seconds: int) -> None:
+        """Say how long a change may wait until it is kept, and remember that."""
+        self.preferences.autosave_seconds = seconds
+        self.autosave.set_seconds(seconds)
 
     def show_problem(self, sentence: str) -> None:
         """Show a sentence above the views; an empty one takes it away."""
@@ -317,9 +389,6 @@ class MainWindow(QMainWindow):
         for frame in self.view_area.frames:
             frame.canvas.set_samples(samples_per_pixel())
         return picture
-
-    def _show_help(self, title: str, name: str) -> None:
-        HelpWindow(title, name, self).show()
 
     # News
 
@@ -380,6 +449,15 @@ class MainWindow(QMainWindow):
             action = self._recent_menu.addAction(path.name)
             action.setToolTip(str(path))
             action.triggered.connect(lambda _on, path=path: self.files.open_project_file(path))
+        self._recent_pairs_menu.clear()
+        for source, target in self.preferences.recent_pairs:
+            text = f"{source.short_name} on {target.short_name}"
+            action = self._recent_pairs_menu.addAction(text)
+            action.setToolTip(f"{source.name}\n{target.name}")
+            action.triggered.connect(
+                lambda _on, pair=(source, target): self.files.open_recent_pair(*pair)
+            )
+        self._recent_pairs_menu.setEnabled(not self._recent_pairs_menu.isEmpty())
         self._recent_menu.setEnabled(not self._recent_menu.isEmpty())
 
     def _show_state(self) -> None:
@@ -393,6 +471,10 @@ class MainWindow(QMainWindow):
             met.add("results")
         if session.is_up_to_date:
             met.add("current")
+        kept = session.project.snapshots if session.project is not None else {}
+        met |= {f"snapshot {name}" for name in kept}
+        if session.results is not None and all(name in kept for name in NAMES):
+            met.add("snapshots")
         enable_actions(self.actions_by_name, met)
         self._show_title()
         if session.failure is not self._shown_failure:
@@ -422,6 +504,8 @@ class MainWindow(QMainWindow):
             self._theme = theme
             self.view_area.show_theme(theme)
             self.banner.show_theme(theme)
+            self.recovery.show_theme(theme)
+            self.tour.show_theme(theme)
             self.fold_alarm.show_theme(theme)
             self.steps.show_theme(theme)
             self.judge.show_theme(theme)
@@ -450,6 +534,8 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.preferences.save_window(self.saveGeometry(), self.saveState())
+        self.recovery.release()
+        self.autosave.close()
         self.preferences.views = self.view_area.arrangement.state()
         self.runner.close()
         self.judging.close()

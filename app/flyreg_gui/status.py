@@ -83,6 +83,8 @@ def _state(session: Session) -> str:
     """Return whether the picture is exact; a preview is what a moving hand gets."""
     if session.project is None:
         return ""
+    if session.beside:
+        return f"{session.beside} on show"
     if session.is_up_to_date:
         milliseconds = 1000 * (session.seconds or 0.0)
         took = f"{milliseconds:.0f} ms" if milliseconds < 1000 else f"{milliseconds / 1000:.1f} s"

@@ -81,7 +81,7 @@ class FoldAlarm(QFrame):
         self._text.setWordWrap(True)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._text.setTextFormat(Qt.TextFormat.PlainText)
-        self.weaken_button, self.smooth_button = QPushButton(), QPushButton()
+        self.weaken_button, self.smooth_button = QPushButton("Weaken"), QPushButton("Smooth")
         self.close_button = QToolButton()
         self.close_button.setText("✕")
         self.close_button.setAutoRaise(True)

@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDoubleSpinBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QWidget,
+)
 
 REACH_UM = 30.0
 SELECTED = "the selected landmark"
@@ -32,25 +40,31 @@ class NeighbourhoodBar(QWidget):
         self.reach.setValue(REACH_UM)
         self.reach.setSuffix(" µm")
         self.reach.setAccessibleName("How near, in micrometres")
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(QLabel("Within"))
-        layout.addWidget(self.reach)
-        layout.addWidget(QLabel("of"))
-        layout.addWidget(self.place, 1)
+        layout = QGridLayout(self)
+        layout.setContentsMargins(0, 0, 0, 4)
+        layout.setVerticalSpacing(2)
+        layout.addWidget(QLabel("Within"), 0, 0)
+        layout.addWidget(self.reach, 0, 1)
+        layout.addWidget(QLabel("of"), 0, 2)
+        layout.addWidget(self.place, 0, 3)
+        layout.setColumnStretch(3, 1)
+        row = QHBoxLayout()
+        layout.addLayout(row, 1, 0, 1, 4)
         self.buttons = []
         for text, factor, tip in (
-            ("Select", 1.0, "Select all landmarks there; the slider above weights them together"),
-            ("× 2", 2.0, "Double the weights of all landmarks there"),
-            ("÷ 2", 0.5, "Halve the weights of all landmarks there"),
+            (
+                "Select these",
+                1.0,
+                "Select all landmarks there; the slider above weights them together",
+            ),
+            ("Weights × 2", 2.0, "Double the weights of all landmarks there"),
+            ("Weights ÷ 2", 0.5, "Halve the weights of all landmarks there"),
         ):
             button = QPushButton(text)
             button.setToolTip(tip)
             button.setAccessibleName(tip)
-            if factor != 1.0:
-                button.setFixedWidth(button.fontMetrics().horizontalAdvance(text) + 22)
             button.clicked.connect(lambda _on=False, factor=factor: self._ask(factor))
-            layout.addWidget(button)
+            row.addWidget(button)
             self.buttons.append(button)
         self.place.activated.connect(self._on_activated)
         self.show_names(())

@@ -10,6 +10,7 @@ from PySide6.QtCore import (
     QPersistentModelIndex,
     QRect,
     QRectF,
+    QSize,
     Qt,
     Signal,
 )
@@ -29,8 +30,9 @@ from flyreg_gui.sliders import WEIGHT_SCALE
 
 Index = QModelIndex | QPersistentModelIndex
 
-WEIGHT_WIDTH = 104
-NUMBER_WIDTH = 36
+WEIGHT_WIDTH = 110
+PADDING, SWATCH = 10, 10
+NUMBER_WIDTH = 42
 INSET = 9
 GROOVE, HANDLE = 3.0, 5.0
 
@@ -142,8 +144,10 @@ class LandmarkTableView(QTableView):
         self.setShowGrid(False)
         self.setAlternatingRowColors(True)
         self.setWordWrap(False)
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self.setTabKeyNavigation(False)
         self.verticalHeader().hide()
+        self.setIconSize(QSize(SWATCH, SWATCH))
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._dragged: QPersistentModelIndex | None = None
@@ -154,10 +158,13 @@ class LandmarkTableView(QTableView):
         header.setHighlightSections(False)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         header.setMinimumSectionSize(48)
-        header.setResizeContentsPrecision(0)  # of the rows in sight alone
         header.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         for column in (Column.PLACE, Column.RESIDUAL, Column.FORETOLD, Column.LEVERAGE):
-            header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
+            header.setSectionResizeMode(column, QHeaderView.ResizeMode.Interactive)
+            wide = self.fontMetrics().horizontalAdvance(
+                "⚠ 00.00" if column == Column.FORETOLD else "000.00"
+            )
+            header.resizeSection(column, wide + PADDING)
             title = self.model().headerData(column, Qt.Orientation.Horizontal)
             action = QAction(str(title), header, checkable=True)
             action.setChecked(column != Column.PLACE)

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from flyreg_core import edits
 from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats
+from flyreg_core.relief import relief_colors
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.judging import STATUS_KEY, Judging
@@ -34,7 +35,6 @@ from flyreg_gui.views.landmark_hand import LandmarkHand
 from flyreg_gui.views.layers import Colors
 from flyreg_gui.views.markers import style_markers
 from flyreg_gui.views.origins import key_of, origin_colors
-from flyreg_gui.views.relief import relief_colors
 from flyreg_gui.views.surface_view import SurfaceView
 from flyreg_gui.views.trim_views import TrimViews
 from flyreg_gui.views.tunnel_views import TunnelViews

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flyreg_core.color_maps import Color
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.smooth import averaging_matrix
-from flyreg_gui.theme import Color
 
 PASSES = 40
 """How far the surface is smoothed to tell bumps from the rest."""

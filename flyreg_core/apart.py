@@ -1,0 +1,151 @@
+"""Run a task in a process of its own, so that its time and memory are its own and have limits.
+
+A task is a frozen dataclass of the engine with a method `run`; it goes to the process, and what it
+returns comes back, as an archive. The process is `python -m flyreg_core.apart FOLDER`.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import psutil
+
+from flyreg_core.archive import read_archive, write_archive
+from flyreg_core.errors import FlyregError
+from flyreg_core.progress import Report
+
+POLL_SECONDS = 0.02
+"""How often time and memory are looked at; a shorter peak of memory is not seen."""
+PATIENCE_SECONDS = 60.0
+"""What the program's own start, and a brain's way to the process and back, may take beside the task."""
+
+
+class Task(Protocol):
+    """What can be run apart."""
+
+    def run(self) -> object:
+        """Return a value that an archive can hold."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a task may take; None: as much as it wants."""
+
+    seconds: float | None = 60.0
+    megabytes: float | None = 3000.0
+
+
+@dataclass(frozen=True, eq=False)
+class Done:
+    """What became of a task."""
+
+    value: object | None  # None: it did not come to its end
+    sentence: str  # "done", or why not
+    seconds: float | None  # of the task, without the start of its process
+    peak_memory_mb: float | None  # of its process
+
+    @property
+    def is_done(self) -> bool:
+        """Tell whether there is a value."""
+        return self.value is not None
+
+
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    value: object | None
+    sentence: str
+    seconds: float
+
+
+def run_apart(task: Task, limits: Limits, report: Report, text: str) -> Done:
+    """Run a task in a process that is ended when it takes too much, or when `report` says so.
+
+    Whatever goes wrong in the process comes back as a sentence.
+    """
+    with tempfile.TemporaryDirectory(prefix="flyreg-") as name:
+        folder = Path(name)
+        with (folder / "task").open("wb") as file:
+            write_archive(file, task)
+        apart = subprocess.Popen(
+            [sys.executable, "-m", __name__, name],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,  # Ctrl-C is for the one who waits
+        )
+        try:
+            peak, why = _watched(apart, folder / "started", limits, report, text)
+        finally:
+            apart.kill()
+            apart.wait()
+        if why:
+            return Done(None, why, None, peak)
+        answer = _answer(folder / "answer", apart.returncode)
+        return Done(answer.value, answer.sentence, answer.seconds if answer.value else None, peak)
+
+
+def _watched(
+    apart: subprocess.Popen[bytes], started: Path, limits: Limits, report: Report, text: str
+) -> tuple[float, str]:
+    """Wait for a process; return its peak memory, and why it has to be ended, if it has."""
+    begun, peak = time.monotonic(), 0.0
+    process = psutil.Process(apart.pid)
+    is_running = False
+    while apart.poll() is None:
+        if not is_running and started.exists():  # from here on the time is the task's
+            is_running, begun = True, time.monotonic()
+        with suppress(psutil.Error):
+            peak = max(peak, round(process.memory_info().rss / 2**20, 1))
+        seconds = time.monotonic() - begun
+        allowed = limits.seconds
+        if allowed is not None and seconds > (allowed if is_running else PATIENCE_SECONDS):
+            return peak, f"took longer than {allowed:g} s and was ended"
+        if limits.megabytes is not None and peak > limits.megabytes:
+            return peak, f"needed more than {limits.megabytes:g} MB of memory and was ended"
+        report(0.0 if allowed is None else min(seconds / allowed, 1.0), text)
+        time.sleep(POLL_SECONDS)
+    return peak, ""
+
+
+def _answer(path: Path, status: int) -> _Answer:
+    if status == 0 and path.exists():
+        with path.open("rb") as file:
+            answer = read_archive(file)
+        if isinstance(answer, _Answer):
+            return answer
+    return _Answer(None, f"its process ended early, with status {status}", 0.0)
+
+
+def _work(folder: Path) -> None:
+    """Run the task in a folder and leave its answer there."""
+    with (folder / "task").open("rb") as file:
+        task: Task = read_archive(file)  # type: ignore[assignment]
+    (folder / "started").touch()
+    begun = time.perf_counter()
+    value: object | None = None
+    try:
+        value, sentence = task.run(), "done"
+    except FlyregError as error:
+        sentence = str(error)
+    except ImportError as error:
+        sentence = f"needs the package {error.name}; install flyreg[rivals] to have it"
+    except MemoryError:
+        sentence = "there is not enough memory for it"
+    except BaseException as error:  # whatever a rival's package raises; the comparison goes on
+        sentence = f"failed: {type(error).__name__}: {error}"
+    answer = _Answer(value, sentence, time.perf_counter() - begun)
+    with (folder / "answer").open("wb") as file:
+        write_archive(file, answer)
+
+
+if __name__ == "__main__":
+    from flyreg_core import apart  # by its name, which archives need
+
+    apart._work(Path(sys.argv[1]))

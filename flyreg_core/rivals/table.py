@@ -1,0 +1,62 @@
+"""All rivals by name, in the order in which a comparison shows them."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from flyreg_core.rivals.bending_mesh import COARSE_VERTICES, bend_mesh
+from flyreg_core.rivals.closest_point_methods import (
+    closest_points_affine,
+    closest_points_rigid,
+    closest_points_to_planes,
+)
+from flyreg_core.rivals.coherent_point_drift import (
+    DENSE_POINTS,
+    LOW_RANK_POINTS,
+    RANK,
+    drift_affine,
+    drift_freely,
+    drift_rigid,
+)
+from flyreg_core.rivals.normal_distributions import fit_distributions
+from flyreg_core.rivals.rival import Rival
+from flyreg_core.rivals.unmoved import leave
+
+RIVALS = (
+    Rival("none", "as the files lie", leave, is_aligned=False),
+    Rival("alignment", "the affine alignment of flyreg, where all rivals start", leave),
+    Rival("icp-rigid", "iterative closest points, rigid", closest_points_rigid),
+    Rival(
+        "icp-similarity",
+        "iterative closest points, rigid and scaled",
+        partial(closest_points_rigid, is_scaled=True),
+    ),
+    Rival("icp-affine", "iterative closest points, affine", closest_points_affine),
+    Rival("icp-plane", "iterative closest points to planes, rigid", closest_points_to_planes),
+    Rival("ndt", "normal distributions transform, rigid", fit_distributions),
+    Rival(
+        "cpd-rigid",
+        f"coherent point drift, rigid and scaled, {DENSE_POINTS} points of each",
+        drift_rigid,
+    ),
+    Rival(
+        "cpd-affine", f"coherent point drift, affine, {DENSE_POINTS} points of each", drift_affine
+    ),
+    Rival(
+        "cpd-nonrigid",
+        f"coherent point drift, non-rigid, {DENSE_POINTS} points of each",
+        drift_freely,
+    ),
+    Rival(
+        "cpd-low-rank",
+        f"coherent point drift, non-rigid, rank {RANK}, {LOW_RANK_POINTS} points of each",
+        partial(drift_freely, count=LOW_RANK_POINTS, rank=RANK),
+    ),
+    Rival(
+        "nricp",
+        f"optimal step non-rigid ICP, source reduced to {COARSE_VERTICES} vertices",
+        bend_mesh,
+    ),
+)
+
+RIVAL_OF = {rival.name: rival for rival in RIVALS}
