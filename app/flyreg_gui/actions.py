@@ -26,7 +26,7 @@ class ActionSpec:
     do: Callable[[MainWindow], object] | Callable[[MainWindow, bool], object]
     tip: str = ""
     is_on: bool | None = None  # None: not a switch
-    needs: str = ""  # "project", "brains", "results" or "current": greyed out without
+    needs: str = ""  # "project", "brains", "results", "current", "measured": greyed out without
 
 
 SPECS = (
@@ -55,6 +55,15 @@ SPECS = (
         ("Ctrl+E",),
         lambda w: w.files.export(),
         needs="current",
+    ),
+    ActionSpec(
+        "report",
+        "File",
+        "Save &report…",
+        (),
+        lambda w: w.reports.save(),
+        "Write a web page with pictures and all figures, and the project that repeats it",
+        needs="measured",
     ),
     ActionSpec(
         "screenshot", "File", "Save a &picture…", ("Alt+S",), lambda w: w.files.save_picture()

@@ -37,6 +37,7 @@ from flyreg_gui.panels.start import StartPage
 from flyreg_gui.panels.steps import StepsPanel
 from flyreg_gui.preferences import Preferences
 from flyreg_gui.preparing import PreparingPipeline
+from flyreg_gui.report_command import ReportCommand
 from flyreg_gui.runner import Runner
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
@@ -69,6 +70,7 @@ class MainWindow(QMainWindow):
         self.drill = DrillMode(self.session, self)
         self.trim = TrimMode(self.session, self)
         self.files = FileCommands(self)
+        self.reports = ReportCommand(self)
         self.view_area = ViewArea(
             self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim
         )
@@ -328,6 +330,8 @@ class MainWindow(QMainWindow):
             met.add("results")
         if session.is_up_to_date:
             met.add("current")
+        if session.is_complete:
+            met.add("measured")
         enable_actions(self.actions_by_name, met)
         self._show_title()
         if session.failure is not self._shown_failure:
@@ -383,6 +387,7 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.preferences.save_window(self.saveGeometry(), self.saveState())
+        self.reports.close()
         self.runner.close()
         self.view_area.close_canvases()
         event.accept()
