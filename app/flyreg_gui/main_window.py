@@ -51,6 +51,7 @@ from flyreg_gui.pictures import PictureCommands
 from flyreg_gui.preferences import Preferences
 from flyreg_gui.preferences_dialog import PreferencesDialog
 from flyreg_gui.preparing import PreparingPipeline
+from flyreg_gui.report_command import ReportCommand
 from flyreg_gui.runner import Runner
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session, with_view
@@ -108,6 +109,7 @@ class MainWindow(QMainWindow):
         self.autosave = Autosave(self.session, lambda p: with_view(p, self.view_state()), self)
         self.recovery = RecoveryBar(self)
         self.blink = Blink(self.session, self.say, self)
+        self.reports = ReportCommand(self)
         self.view_area = ViewArea(
             *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
             self.judging,
@@ -475,6 +477,8 @@ class MainWindow(QMainWindow):
         met |= {f"snapshot {name}" for name in kept}
         if session.results is not None and all(name in kept for name in NAMES):
             met.add("snapshots")
+        if session.is_complete:
+            met.add("measured")
         enable_actions(self.actions_by_name, met)
         self._show_title()
         if session.failure is not self._shown_failure:
@@ -537,6 +541,7 @@ class MainWindow(QMainWindow):
         self.recovery.release()
         self.autosave.close()
         self.preferences.views = self.view_area.arrangement.state()
+        self.reports.close()
         self.runner.close()
         self.judging.close()
         self.view_area.close_canvases()
