@@ -11,6 +11,7 @@ from flyreg_core.affine import AffineMap
 from flyreg_core.apart import Done, Limits, run_apart
 from flyreg_core.cache import open_cache
 from flyreg_core.errors import FlyregError
+from flyreg_core.frame import BrainFrame
 from flyreg_core.mesh import Booleans, Floats, SurfaceMesh
 from flyreg_core.pipeline import Pipeline
 from flyreg_core.point_files import PointPairs
@@ -56,6 +57,7 @@ class Comparison:
 
     source: SurfaceMesh  # prepared, as the file lies
     target: SurfaceMesh
+    frame: BrainFrame  # of the target
     rows: tuple[Row, ...]
     preparation_seconds: float | None  # of flyreg's time; the others are given prepared brains
     points_outside: int  # of the truth, too far from the main brain to be carried
@@ -139,6 +141,7 @@ def compare(
     return Comparison(
         prepared.source,
         prepared.target,
+        prepared.frame,
         tuple(rows),
         prepared.preparation_seconds,
         int((~inside).sum()),
@@ -151,6 +154,7 @@ class Registered:
 
     source: SurfaceMesh  # prepared
     target: SurfaceMesh
+    frame: BrainFrame  # of the target
     to_target: AffineMap  # the alignment
     registered: Floats  # (n, 3), the source's vertices on the target
     points: Floats  # (k, 3), the truth's points, carried
@@ -174,6 +178,7 @@ class Registering:
         return Registered(
             results.source.surface,
             results.target.surface,
+            results.target.frame,
             results.alignment.to_target,
             results.registration.surface.vertices,
             carried.points,

@@ -14,7 +14,9 @@ import numpy as np
 from flyreg_core.apart import Limits
 from flyreg_core.brain_files import write_mesh
 from flyreg_core.comparison import Comparison, Row
+from flyreg_core.comparison_pictures import draw_methods, on_one_sheet
 from flyreg_core.files import make_folder, write_atomically
+from flyreg_core.picture import png_bytes
 from flyreg_core.project import BrainInput, Unit
 from flyreg_core.report import Facts, distance_report, versions
 
@@ -45,8 +47,8 @@ def comparison_report(
 def _row(row: Row) -> Facts:
     distances: dict[str, Any] = dict.fromkeys(DIRECTIONS)
     if row.distances is not None:
-        distances = {**distance_report(row.distances, *DIRECTIONS)}
-        del distances["diagonal_um"]
+        told = distance_report(row.distances, *DIRECTIONS)
+        distances = {direction: told[direction] for direction in DIRECTIONS}
     there = distances["source_to_target"]
     errors = row.errors_um if row.errors_um is not None and len(row.errors_um) else None
     return {
@@ -119,7 +121,9 @@ def _number(value: float | None, digits: int) -> str:
 
 
 def write_comparison(folder: Path, comparison: Comparison, facts: Facts, unit: Unit) -> None:
-    """Write `compare.json`, `compare.csv` and `METHOD.ply` for each method that came to an end.
+    """Write `compare.json`, `compare.csv` and `compare.png`, with all methods on one sheet.
+
+    Also `METHOD.ply` and `METHOD.png` for each method that came to an end, and `target.png`.
 
     Raises
     ------
@@ -130,6 +134,9 @@ def write_comparison(folder: Path, comparison: Comparison, facts: Facts, unit: U
     for row in comparison.rows:
         if row.surface is not None:
             write_mesh(folder / f"{row.method}.ply", row.surface, unit)
+    pictures = draw_methods(comparison)
+    for name, picture in (*pictures.items(), ("compare", on_one_sheet(pictures))):
+        write_atomically(folder / f"{name}.png", png_bytes(picture))
     write_atomically(folder / "compare.csv", _as_csv(facts))
     write_atomically(folder / "compare.json", json.dumps(facts, indent=2) + "\n")
 

@@ -28,7 +28,9 @@ class ActionSpec:
     do: Callable[[MainWindow], object] | Callable[[MainWindow, bool], object]
     tip: str = ""
     is_on: bool | None = None  # None: not a switch
-    needs: str = ""  # "project", "brains", "results", "current", "snapshots": greyed out without
+    needs: str = (
+        ""  # "project", "brains", "results", "current", "measured", "snapshots": grey without
+    )
 
 
 SPECS = (
@@ -65,6 +67,15 @@ SPECS = (
         ("Ctrl+E",),
         lambda w: w.files.export(),
         needs="current",
+    ),
+    ActionSpec(
+        "report",
+        "File",
+        "Save &report…",
+        (),
+        lambda w: w.reports.save(),
+        "Write a web page with pictures and all figures, and the project that repeats it",
+        needs="measured",
     ),
     ActionSpec(
         "export_vertex_pairs",

@@ -69,6 +69,7 @@ class Judging(QObject):
 
     chosen_changed = Signal(str)
     changed = Signal()  # what is to be drawn
+    outdated = Signal()  # what is drawn is about the registration before
     _found = Signal(object, object)  # what was asked, Judged
 
     def __init__(self, session: Session, parent: QObject | None = None) -> None:
@@ -134,8 +135,8 @@ class Judging(QObject):
         if results is None:
             self.judged = None
         self._find()
-        if self.is_quantity:
-            self.changed.emit()
+        if not self.is_up_to_date:
+            self.outdated.emit()
 
     def _find(self) -> None:
         """Have the values found, unless the hand still moves: then the old colours stay."""

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QApplication
 
 from flyreg_core import edits
 
-EDIT_MS = 50
+EDIT_MS, LONGEST_MS = 50, 120_000
 UNIT = 1e-6
 """The smoothing tells which edit it is of."""
 
@@ -43,6 +43,7 @@ def main() -> None:
     timer = QTimer()
     timer.timeout.connect(edit)
     timer.start(EDIT_MS)
+    QTimer.singleShot(LONGEST_MS, application.quit)  # nobody came to kill it
     run(Request(project=Path(sys.argv[1])))
 
 

@@ -82,8 +82,8 @@ def test_two_brains_dropped_are_a_pair_that_is_remembered(qtbot, empty_window, d
     assert (project.source.input.path, project.target.input.path) == tuple(map(str, demo_files))
     ((source, target),) = Preferences().recent_pairs
     assert (source.name, target.name) == tuple(map(str, demo_files))
-    empty_window._fill_recent()
-    (action,) = empty_window._recent_pairs_menu.actions()
+    empty_window.menus.fill_recent()
+    (action,) = empty_window.menus.recent_pairs.actions()
     assert action.text() == "source.ply on target.ply"
     before = empty_window.session.project
     action.trigger()

@@ -112,6 +112,7 @@ class JudgePanel(QScrollArea):
         self.choice.activated.connect(self._on_activated)
         judging.chosen_changed.connect(self._show)
         judging.changed.connect(self._show)
+        judging.outdated.connect(self._show_note)
         self._show()
 
     def show_theme(self, theme: Theme) -> None:
@@ -122,12 +123,15 @@ class JudgePanel(QScrollArea):
     def _on_activated(self, row: int) -> None:
         self._judging.choose(self.choice.itemData(row))
 
+    def _show_note(self) -> None:
+        self.note.setText(_note(self._judging))
+
     def _show(self, *_news: object) -> None:
         judging = self._judging
         with QSignalBlocker(self.choice):
             self.choice.setCurrentIndex(self.choice.findData(judging.chosen))
         judged = judging.judged
-        self.note.setText(_note(judging))
+        self._show_note()
         for role in NAMES:
             has_values = judged is not None and role in judged.summaries
             for widget in (self._titles[role], self.histograms[role], self.numbers[role]):

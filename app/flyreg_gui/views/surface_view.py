@@ -160,6 +160,11 @@ class SurfaceView:
         self._ids, self._points, self._style = (), NO_POINTS, None
         self.canvas.refresh()
 
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the box around the brain, micrometres; 0 without one."""
+        return self._space.diagonal if self._space else 0.0
+
     def _unit_radius(self) -> float:
         size = MARKER_RADIUS * self.marker_scale
         return size * self._space.diagonal if self._space else 1.0

@@ -43,6 +43,8 @@ from flyreg_gui.views.view_frame import ViewFrame
 CONTROL = Qt.KeyboardModifier.ControlModifier
 MOST_NAMED = 3
 """As many of the selected landmarks have their names written."""
+ROLES_OF_FRAMES: tuple[Role, ...] = ("source", "target", "source", "source", "source")
+"""Whose vertices carry the colours in each view; in the flat ones those of the moved source."""
 
 
 class _Look:
@@ -129,6 +131,7 @@ class ViewArea(QWidget):
         trim.changed.connect(self._on_trim)
         judging.changed.connect(self._on_judging)
         self.cut_bar.changed.connect(self._on_cut)
+        self.arrangement.changed.connect(self._show_keys)
 
     def _make_frames(self) -> None:
         titles = (
@@ -169,7 +172,6 @@ class ViewArea(QWidget):
             view.show_theme(theme)
         self.tunnel_views.show_theme(theme)
         self.trim_views.show_theme(theme)
-        self.pointer.show_scale()
         self._show_landmarks()
 
     def set_blend(self, blend: float) -> None:
@@ -249,8 +251,7 @@ class ViewArea(QWidget):
                 view.clear()
             for frame in self.frames:
                 frame.title.set_detail("")
-                frame.show_legend([])
-                frame.show_scale(None)
+            self._show_keys()
             return
         self._show_brains(results)
         self._show_landmarks()
@@ -276,9 +277,7 @@ class ViewArea(QWidget):
         """Leave the views of the two brains to trimming, or take them back."""
         self._on_cut()
         if self._trim.is_on:
-            for frame in self.frames[:2]:
-                frame.show_legend([])
-                frame.show_scale(None)
+            self._show_keys()
             self.source.clear_landmarks()
             self.target.clear_landmarks()
             self.trim_views.show()
@@ -299,7 +298,7 @@ class ViewArea(QWidget):
             source.colors("source", judging),
             target.colors("target", judging),
         )
-        self._show_keys(source, target)
+        self._show_keys()
         if not self._trim.is_on:
             self.source.show_surface(mine, mine_colors, source.space)
             self.target.show_surface(other, other_colors, target.space)
@@ -313,22 +312,23 @@ class ViewArea(QWidget):
         for frame in self.frames[3:]:
             frame.title.set_detail("moved source over target, seen from outside")
 
-    def _show_keys(self, source: _Look, target: _Look) -> None:
-        """Say in each view what its colours mean."""
+    def _show_keys(self) -> None:
+        """Say what the colours mean, of each brain in the first of its views that is shown."""
         judging, judged = self._judging, self._judging.judged
-        roles: tuple[Role, ...] = ("source", "target", "source", "source", "source")
-        for frame, role in zip(self.frames, roles, strict=True):
-            look = source if role == "source" else target
-            is_free = not (self._trim.is_on and frame in self.frames[:2])
-            has_values = judged is not None and role in judged.colors and is_free
-            is_kinds = judged is not None and judged.is_kinds
+        explained: set[Role] = set()
+        for frame, role in zip(self.frames, ROLES_OF_FRAMES, strict=True):
+            look = self._looks.get(role)
             key: list[tuple[Color, str, str]] = []
-            if judging.is_by_origin and is_free and frame in self.frames[:3]:
-                key = look.key
-            elif has_values and is_kinds:
-                key = STATUS_KEY
+            scale = None
+            is_raw = self._trim.is_on and frame in self.frames[:2]
+            if look is not None and not is_raw and not frame.isHidden() and role not in explained:
+                if judging.is_by_origin:
+                    key = look.key
+                elif judging.colors_of(role, look.brain.surface) is not None and judged:
+                    key, scale = (STATUS_KEY, None) if judged.is_kinds else ([], judged)
+                explained.add(role)
             frame.show_legend(key)
-            frame.show_scale(judged if has_values and not is_kinds else None)
+            frame.show_scale(scale)
 
     def _look(self, role: Role, brain: PreparedBrain, color: Color) -> _Look:
         known = self._looks.get(role)

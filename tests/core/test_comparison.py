@@ -1,0 +1,303 @@
+"""flyreg beside other methods: the command, its sentences, and what its figures mean."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+import pytest
+
+from flyreg_core.affine import AffineMap
+from flyreg_core.apart import Limits, run_apart
+from flyreg_core.brain_files import open_brain, read_brain, write_mesh
+from flyreg_core.cli import main
+from flyreg_core.comparison import METHODS, MovedSource, Rivalling, find_methods, folded_share
+from flyreg_core.errors import Cancelled, FlyregError
+from flyreg_core.mesh import SurfaceMesh
+from flyreg_core.point_files import read_point_pairs
+from flyreg_core.progress import ignore
+from flyreg_core.project import Project
+from flyreg_core.project_file import save_project
+from tests.shapes import sphere
+
+DONE, WRONG_USAGE, BAD_INPUT = 0, 2, 3
+COARSE = ["--voxels", "32"]
+ROW_KEYS = {
+    *("method", "seconds", "peak_memory_mb", "mean_um", "rms_um", "tre_mean_um", "tre_p95_um"),
+    *("folded_share", "source_to_target", "target_to_source", "status"),
+}
+
+
+def task(name: str) -> Rivalling:
+    ball = SurfaceMesh(*sphere(100.0, 3))
+    larger = SurfaceMesh(1.1 * ball.vertices, ball.faces)
+    still = AffineMap(np.eye(3), np.zeros(3))
+    return Rivalling(name, ball, larger, still, ball.vertices[:5])
+
+
+@pytest.fixture(scope="module")
+def truth(demo_files: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Points of the demo pair, whose vertices correspond; the last is far from both brains."""
+    source, target = (read_brain(open_brain(str(path))).vertices for path in demo_files)
+    rows = [[*source[k], *target[k]] for k in range(0, len(source), len(source) // 200)]
+    rows = [row for row in rows if abs(row[0] - source[:, 0].mean()) < 80]
+    path = tmp_path_factory.mktemp("truth") / "truth.csv"
+    with path.open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["x", "y", "z", "x_target", "y_target", "z_target"])
+        writer.writerows([*rows, [5000.0] * 6])
+    return path
+
+
+@pytest.fixture(scope="module")
+def compared(
+    demo_files: tuple[Path, Path], truth: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """The folder that `flyreg compare` wrote for the demo pair."""
+    folder = tmp_path_factory.mktemp("comparison") / "run"
+    options = ["--methods", "none,alignment,icp-affine,flyreg", "--points", str(truth)]
+    arguments = [*map(str, demo_files), *COARSE, *options, "-o", str(folder)]
+    assert main(["compare", *arguments]) == DONE
+    return folder
+
+
+@pytest.fixture(scope="module")
+def prepared_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A cache of the program's own, so that the brains need not be prepared for each test."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FLYREG_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+def rows_of(folder: Path) -> dict[str, Any]:
+    facts = json.loads((folder / "compare.json").read_text())
+    return {row["method"]: row for row in facts["rows"]}
+
+
+def test_the_comparison_has_all_that_scripts_read(compared: Path) -> None:
+    rows = rows_of(compared)
+    assert list(rows) == ["none", "alignment", "icp-affine", "flyreg"]
+    for row in rows.values():
+        assert row.keys() >= ROW_KEYS
+        assert row["status"] == "done"
+        assert 0 <= row["folded_share"] < 0.01
+        assert row["peak_memory_mb"] > 10
+        for direction in ("source_to_target", "target_to_source"):
+            assert {"mean_um", "rms_um", "hausdorff_um"} <= row[direction].keys()
+    facts = json.loads((compared / "compare.json").read_text())
+    assert facts["points_outside"] == 1
+    assert 0 < facts["preparation_seconds"] < rows["flyreg"]["seconds"]
+
+
+def test_each_method_does_better_than_those_that_may_move_less(compared: Path) -> None:
+    rows = rows_of(compared)
+    means = [rows[name]["mean_um"] for name in ("none", "alignment", "icp-affine", "flyreg")]
+    assert means == sorted(means, reverse=True)
+    assert rows["flyreg"]["tre_mean_um"] < rows["icp-affine"]["tre_mean_um"]
+    assert rows["none"]["folded_share"] == rows["icp-affine"]["folded_share"] == 0
+
+
+def test_meshes_pictures_and_tables_are_written(compared: Path) -> None:
+    names = {path.name for path in compared.iterdir()}
+    meshes = {f"{method}.{kind}" for method in rows_of(compared) for kind in ("ply", "png")}
+    assert names == meshes | {"target.png", "compare.png", "compare.json", "compare.csv"}
+    with (compared / "compare.csv").open(newline="") as stream:
+        table = {row["method"]: row for row in csv.DictReader(stream)}
+    for method, row in rows_of(compared).items():
+        assert float(table[method]["source_to_target_rms_um"]) == row["rms_um"]
+
+
+def test_people_get_a_table_and_scripts_one_json_object(
+    demo_files: tuple[Path, Path],
+    prepared_once: None,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    """With a rival that takes too long, and one whose package is missing, in their own rows."""
+    missing = "raise ModuleNotFoundError('no', name='small_gicp')\n"
+    (tmp_path / "small_gicp.py").write_text(missing)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
+    asked = ["compare", *map(str, demo_files), *COARSE, "--methods", "none,icp-plane,nricp"]
+    assert main([*asked, "--time-limit", "0.5"]) == DONE
+    table = capsys.readouterr().out
+    assert "icp-plane  needs the package small_gicp; install flyreg[rivals] to have it" in table
+    assert "nricp      took longer than 0.5 s and was ended" in table
+    assert main([*asked, "--time-limit", "0.5", "--json"]) == DONE
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert [row["method"] for row in rows] == ["none", "icp-plane", "nricp"]
+    assert rows[2].keys() >= ROW_KEYS
+    assert rows[2]["mean_um"] is rows[2]["seconds"] is rows[2]["source_to_target"] is None
+
+
+def test_flyreg_carries_points_as_transform_does(
+    compared: Path, demo_project: Project, truth: Path, prepared_once: None, tmp_path: Path
+) -> None:
+    save_project(demo_project, tmp_path / "project.flyreg")
+    mapped = tmp_path / "mapped.csv"
+    assert (
+        main(["transform", str(tmp_path / "project.flyreg"), str(truth), "-o", str(mapped)]) == DONE
+    )
+    with mapped.open(newline="") as stream:
+        rows = [row for row in csv.DictReader(stream) if row["status"] == "mapped"]
+    ends = [[[float(row[a + b]) for a in "xyz"] for row in rows] for b in ("", "_target")]
+    away = np.linalg.norm(np.subtract(*ends), axis=1)
+    assert rows_of(compared)["flyreg"]["tre_mean_um"] == pytest.approx(away.mean(), rel=1e-9)
+
+
+def test_a_rival_that_needs_too_much_memory_is_ended() -> None:
+    done = run_apart(task("none"), Limits(megabytes=10), ignore, "")
+    assert not done.is_done
+    assert done.sentence == "needed more than 10 MB of memory and was ended"
+
+
+def test_a_rival_that_fails_says_how() -> None:
+    done = run_apart(task("no such"), Limits(), ignore, "")
+    assert done.sentence == "failed: KeyError: 'no such'"
+
+
+def test_a_rival_run_apart_comes_to_the_same_as_here() -> None:
+    there, here = (
+        run_apart(task("icp-similarity"), Limits(), ignore, ""),
+        task("icp-similarity").run(),
+    )
+    assert isinstance(there.value, MovedSource)
+    assert np.array_equal(there.value.vertices, here.vertices)
+    assert np.array_equal(there.value.points, here.points)
+
+
+def test_a_report_that_cancels_leaves_no_process() -> None:
+    def cancel(fraction: float, text: str) -> None:
+        raise Cancelled
+
+    with pytest.raises(Cancelled):
+        run_apart(task("cpd-nonrigid"), Limits(), cancel, "")
+    assert not psutil.Process().children()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent another way on Windows")
+def test_ctrl_c_ends_a_comparison_and_its_processes_at_once(
+    demo_files: tuple[Path, Path], tmp_path: Path
+) -> None:
+    program = (
+        "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "from flyreg_core.cli import main; sys.exit(main())"
+    )
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            program,
+            "compare",
+            *map(str, demo_files),
+            "-o",
+            str(tmp_path / "o"),
+        ],
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )
+    own = psutil.Process(process.pid)
+    while not (workers := own.children()):
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=10)
+    assert process.returncode == 130
+    assert "Traceback" not in error
+    assert not any(worker.is_running() for worker in workers)
+    assert not (tmp_path / "o").exists()
+
+
+def test_a_family_of_methods_goes_by_its_first_name() -> None:
+    assert find_methods(["flyreg", "cpd"]) == (
+        *("cpd-rigid", "cpd-affine", "cpd-nonrigid", "cpd-low-rank", "flyreg"),
+    )
+    with pytest.raises(FlyregError, match="there is no method magic; there are none, alignment"):
+        find_methods(["none", "magic"])
+
+
+def test_a_method_that_does_not_exist_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main(["compare", "a.ply", "b.ply", "--methods", "icp,magic"])
+    assert stopped.value.code == WRONG_USAGE
+    assert "there is no method magic" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (
+            "x,y,z\n1,2,3\n",
+            "has no columns x, y, z, x_target, y_target, z_target, and is no landmark",
+        ),
+        ("x,y,z,x_target,y_target,z_target\n", "holds no point with a place in both brains"),
+        (
+            "x,y,z,x_target,y_target,z_target\n1,2,3,4,5,\n",
+            "row 1, column z_target: '' is not a number",
+        ),
+        ("x,y,z,x_target,y_target,z_target\n1,2,3,4,5\n", "row 1: 5 values for 6 columns"),
+        ("x,y,x_target,y_target,z_target\n1,2,3,4,5\n", "has no column z in its first line"),
+        ("1,2,3,4,5,six\n", '"six" is not a number'),
+    ],
+)
+def test_a_truth_that_cannot_be_read_is_said(
+    demo_files: tuple[Path, Path],
+    text: str,
+    sentence: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path = tmp_path / "truth.csv"
+    path.write_text(text)
+    assert main(["compare", *map(str, demo_files), "--points", str(path)]) == BAD_INPUT
+    assert sentence in capsys.readouterr().err
+
+
+def test_a_truth_may_be_a_landmark_file_of_six_columns(tmp_path: Path) -> None:
+    path = tmp_path / "landmarks.csv"
+    path.write_text("x_a,y_a,z_a,x_b,y_b,z_b\n1,2,3,4,5,6\n7,8,9,10,11,12\n")
+    pairs = read_point_pairs(path).scaled(0.001, 1.0)
+    assert np.allclose(pairs.source, [[0.001, 0.002, 0.003], [0.007, 0.008, 0.009]])
+    assert np.array_equal(pairs.target, [[4, 5, 6], [10, 11, 12]])
+
+
+def test_brains_that_cannot_be_registered_end_the_comparison_with_their_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ball = tmp_path / "ball.ply"
+    write_mesh(ball, SurfaceMesh(*sphere(200.0, 3)), "um")
+    assert main(["compare", str(ball), str(ball), "--methods", "none"]) == BAD_INPUT
+    assert "look like a brain" in capsys.readouterr().err
+
+
+def test_an_affine_movement_never_folds_even_one_that_mirrors() -> None:
+    ball, other = SurfaceMesh(*sphere(100.0, 3)), SurfaceMesh(*sphere(20.0, 2))
+    matrix = np.array([[-1.5, 0.4, 0], [0, 0.7, 0.2], [0.1, 0, 1.1]])
+    moved = SurfaceMesh(ball.vertices @ matrix.T, ball.faces[:, ::-1])
+    assert folded_share(ball, moved, other) == 0
+
+
+def test_faces_that_are_folded_over_are_counted() -> None:
+    """The cap above 85 um is mirrored at its own rim, so its faces lie inside out below it."""
+    ball = SurfaceMesh(*sphere(100.0, 4))
+    vertices = ball.vertices.copy()
+    is_cap = vertices[:, 2] > 85
+    vertices[is_cap, 2] = 170 - vertices[is_cap, 2]
+    wholly, partly = is_cap[ball.faces].all(axis=1), is_cap[ball.faces].any(axis=1)
+    share = folded_share(ball, SurfaceMesh(vertices, ball.faces), ball)
+    assert 0 < wholly.mean() <= share <= partly.mean()
+
+
+def test_all_methods_of_the_papers_table_are_there() -> None:
+    families = {name.partition("-")[0] for name in METHODS}
+    assert {"none", "icp", "ndt", "cpd", "nricp", "flyreg"} <= families
