@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import shutil
 from dataclasses import replace
 
 import pytest
@@ -142,22 +143,21 @@ def test_a_folder_that_cannot_be_written_is_told(qtbot, empty_window, nowhere):
 
 def test_programs_killed_at_random_moments_lose_at_most_what_they_may(nowhere, tmp_path):
     seed = random.randrange(2**32)
-    moments = [random.Random(seed).uniform(1.0, 4.0) for _ in range(2)]
-    programs = [
-        EditingProgram(nowhere, 1.0, tmp_path / f"{number}.txt") for number in range(len(moments))
-    ]
-    for program, moment in sorted(zip(programs, moments, strict=True), key=lambda pair: pair[1]):
-        program.kill_after(moment)
-    found = find_left_overs()
-    assert len(found) == len(programs), f"seed {seed}"
-    lost = sorted(
-        min(seconds_lost(program.edits(), left.load().smoothing) for left in found)
-        for program in programs
-    )
-    assert lost[-1] <= 5.0, f"seed {seed}"
-    for left in found:
-        assert left.project_path == nowhere
-        assert left.load().smoothing > 0
+    chance = random.Random(seed)
+    moments = {"early": chance.uniform(0.0, 2.0), "late": chance.uniform(3.5, 5.0)}
+    programs = {}
+    for name in moments:
+        shutil.copy(nowhere, tmp_path / f"{name}.flyreg")
+        record = tmp_path / f"{name}.txt"
+        programs[name] = EditingProgram(tmp_path / f"{name}.flyreg", 1.0, record)
+    for name, moment in moments.items():
+        programs[name].kill_after(moment)
+    found = {left.project_path.stem: left for left in find_left_overs()}
+    assert "late" in found, f"seed {seed}"
+    for name, program in programs.items():
+        smoothing = found[name].load().smoothing if name in found else 0.0
+        assert seconds_lost(program.edits(), smoothing) <= 5.0, f"seed {seed}"
+    for left in found.values():
         left.keep()
 
 

@@ -10,7 +10,7 @@ from flyreg_core import edits
 from flyreg_core.errors import LandmarkError
 from flyreg_core.handles import Handle, HandleParameters
 from flyreg_core.landmarks import CORNERS, LandmarkPair
-from flyreg_core.project import Brain, BrainInput, Project
+from flyreg_core.project import Brain, BrainInput, NeuropilFile, Project
 from flyreg_core.smooth import SmoothParameters
 from flyreg_core.trim import TrimParameters
 
@@ -24,6 +24,8 @@ HERE, THERE, AWAY = (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), (7.0, 8.0, 9.0)
 TUNNEL = Handle(HERE, 20.0, (0.0, 0.0, 1.0), True, 0.9, True, is_oesophagus=False)
 OESOPHAGUS = replace(TUNNEL, center_um=THERE, is_oesophagus=True)
 
+REGIONS = {role: NeuropilFile(BRAIN.input, role) for role in ("source", "target")}
+
 OWN, ROLES, FREE = st.sampled_from(["u1", "u2"]), ["source", "target"], st.floats(0, 9)
 SOME = st.lists(st.sampled_from(["u1", "u2", "upper-01", "gone"]))
 NEW = st.integers(0, 99).map(lambda k: replace(ONE, id=f"n{k}", name=f"n{k}"))
@@ -36,6 +38,8 @@ EDITS = st.one_of(
     st.tuples(st.just(edits.merge_pairs), st.lists(NEW, max_size=2)),
     st.tuples(st.just(edits.add_unplaced), st.lists(st.sampled_from(["calyx", "AL_L"]))),
     st.tuples(st.just(edits.recolor_pairs), SOME, st.none() | st.just((1, 2, 3))),
+    st.tuples(st.just(edits.add_neuropils), st.sampled_from(ROLES).map(REGIONS.get)),
+    st.tuples(st.just(edits.remove_neuropils)),
     st.tuples(st.just(edits.set_smoothing), FREE),
     st.tuples(st.just(edits.add_pair), NEW),
     st.tuples(st.just(edits.remove_pairs), SOME),
