@@ -15,7 +15,6 @@ import environment
 import programs
 import system_packages
 
-
 ON_ALL_CORES = ["-n", "auto", "--dist", "loadgroup"]
 """How all tests are run; a few run in one process, which shows what they print."""
 
