@@ -75,6 +75,12 @@ SHORT_TEXTS = {
     "picture_of_views": "Picture of all views",
     "picture_of_view": "Picture of the current view",
     "turn": "Turning picture",
+    "from_front": "Look from the front",
+    "from_back": "Look from behind",
+    "from_left": "Look from the left",
+    "from_right": "Look from the right",
+    "from_top": "Look from above",
+    "from_bottom": "Look from below",
 }
 """What actions are called outside their menu, where the text there is too long, short, or changes."""
 
