@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from pathlib import Path
 from xml.etree import ElementTree
@@ -44,7 +45,7 @@ def curves(surface: SurfaceMesh) -> DistortionCurves:
 def test_fewer_vertices_cost_more(curves: DistortionCurves, surface: SurfaceMesh) -> None:
     points = curves.simplification.points
     assert len(points) > 5
-    for fewer, more in zip(points, points[1:], strict=False):
+    for fewer, more in itertools.pairwise(points):
         assert fewer.vertices < more.vertices
         assert fewer.amount == fewer.vertices / len(surface.vertices)
         assert fewer.mean_distance_um >= 0.9 * more.mean_distance_um  # both are estimates
