@@ -56,7 +56,8 @@ class Blink(QObject):
         """Begin or end blinking."""
         project = self._session.project
         kept = project.snapshots if project is not None else {}
-        on = on and self._session.is_up_to_date and all(name in kept for name in NAMES)
+        may_begin = self._session.is_up_to_date and all(name in kept for name in NAMES)
+        on = on and (self.is_on or may_begin)
         if on != self.is_on:
             self.is_on = on
             if on:

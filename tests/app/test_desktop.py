@@ -204,19 +204,21 @@ def test_the_window_turns_dark_and_light_and_remembers(qtbot, window):
 # Pictures
 
 
-def test_a_turn_is_written_as_gif_or_folder_and_leaves_the_camera(window, tmp_path):
+def test_a_turn_is_written_as_gif_or_folder_or_cancelled_and_leaves_the_camera(
+    window, tmp_path, monkeypatch
+):
     frame = window.view_area.frames[2]
     before = window.view_area.registered.pose()
-    write_turn(frame, tmp_path / "turn.gif", lambda _done: None, frames=4)
+    write_turn(frame, tmp_path / "turn.gif", lambda _done: None, frames=3)
     with Image.open(tmp_path / "turn.gif") as gif:
-        assert gif.n_frames == 4
+        assert gif.n_frames == 3
         turned = []
-        for number in range(4):
+        for number in range(3):
             gif.seek(number)
             turned.append(np.asarray(gif.convert("RGB"), dtype=int))
     assert all(np.abs(a - turned[0]).max() > 40 for a in turned[1:])
-    write_turn(frame, tmp_path / "turn.png", lambda _done: None, frames=3)
-    assert len(list((tmp_path / "turn").glob("*.png"))) == 3
+    write_turn(frame, tmp_path / "turn.png", lambda _done: None, frames=2)
+    assert len(list((tmp_path / "turn").glob("*.png"))) == 2
     np.testing.assert_allclose(window.view_area.registered.pose().position, before.position)
 
     def cancel(done):
@@ -227,22 +229,23 @@ def test_a_turn_is_written_as_gif_or_folder_and_leaves_the_camera(window, tmp_pa
         write_turn(frame, tmp_path / "second.gif", cancel, frames=4)
     assert not list(tmp_path.glob("*second*"))
 
-
-def test_a_turn_can_be_cancelled_or_awaited(qtbot, window, tmp_path, monkeypatch):
-    path = tmp_path / "turn.gif"
-    answer_file_dialog(path)
+    third = tmp_path / "third.gif"
+    answer_file_dialog(third)
     when_asked(QProgressDialog, lambda dialog: dialog.cancel())
     window.actions_by_name["turn"].trigger()
-    assert not path.exists()
+    assert not third.exists()
     monkeypatch.setattr(pictures, "FRAMES", 3)
-    answer_file_dialog(path)
+    answer_file_dialog(third)
     window.actions_by_name["turn"].trigger()
-    assert path.is_file()
+    assert third.is_file()
 
 
-def test_pictures_of_one_view_and_of_all_are_of_their_size_and_not_blank(window, tmp_path):
-    area = window.view_area
-    for name, widget in (("picture_of_view", area.frames[2].canvas), ("picture_of_views", area)):
+def test_pictures_of_one_view_and_of_all_are_of_their_size_and_not_blank(qtbot, window, tmp_path):
+    area, frames = window.view_area, window.view_area.frames
+    assert window.pictures.current is frames[2]
+    qtbot.mouseClick(frames[0].canvas, LEFT, pos=frames[0].canvas.rect().topLeft())
+    assert window.pictures.current is frames[0]
+    for name, widget in (("picture_of_view", frames[0].canvas), ("picture_of_views", area)):
         path = tmp_path / f"{name}.png"
         answer_file_dialog(path)
         window.actions_by_name[name].trigger()
@@ -251,25 +254,10 @@ def test_pictures_of_one_view_and_of_all_are_of_their_size_and_not_blank(window,
             assert len(picture.convert("RGB").getcolors(10**6)) > 200
 
 
-def test_the_current_view_is_the_one_that_was_clicked(qtbot, window):
-    frames = window.view_area.frames
-    assert window.pictures.current is frames[2]
-    qtbot.mouseClick(frames[0].canvas, LEFT, pos=frames[0].canvas.rect().topLeft())
-    assert window.pictures.current is frames[0]
-
-
 # What is copied
 
 
-def test_the_copied_command_repeats_the_saved_project(qtbot, window, tmp_path):
-    path = tmp_path / "it's mine.flyreg"
-    assert window.files._save_to(path)
-    window.files.copy_command()
-    assert QGuiApplication.clipboard().text() == register_command(path)
-    assert load_project(path).source == window.session.project.source
-
-
-def test_the_copied_python_gives_the_same_vertices_to_the_last_bit(qtbot, window, tmp_path):
+def test_what_is_copied_repeats_the_registration_to_the_last_bit(qtbot, window, tmp_path):
     session = window.session
     landmark = session.results.landmarks[0]
     place = tuple(float(x) for x in session.results.source.surface.vertices[700])
@@ -295,3 +283,9 @@ def test_the_copied_python_gives_the_same_vertices_to_the_last_bit(qtbot, window
     again = np.load(tmp_path / "vertices.npy")
     assert again.tobytes() == session.results.registration.surface.vertices.tobytes()
     assert (tmp_path / "registered.ply").is_file()
+
+    path = tmp_path / "it's mine.flyreg"
+    assert window.files._save_to(path)
+    window.files.copy_command()
+    assert QGuiApplication.clipboard().text() == register_command(path)
+    assert load_project(path).pairs == session.project.pairs

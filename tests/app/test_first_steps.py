@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
     QComboBox,
+    QDockWidget,
     QHeaderView,
     QLineEdit,
     QProgressBar,
@@ -183,7 +184,7 @@ def nameless(top):
 
 def test_a_screen_reader_has_a_name_for_every_control(empty_window):
     window = empty_window
-    window._docks[2].show()
+    window.findChild(QDockWidget, "History").show()
     window.tunnels.set_on(True)
     window.steps.settings_button.setChecked(True)
     dialogs = [
