@@ -149,7 +149,7 @@ SPECS = (
     ActionSpec("escape", "Edit", "Select &nothing", ("Esc",), lambda w: w.escape()),
     ActionSpec(
         "delete",
-        "Edit",
+        "Landmarks",
         "Delete land&marks",
         ("Del", "Backspace"),
         lambda w: w.delete_landmarks(),

@@ -42,7 +42,9 @@ class Menus:
         actions = window.actions_by_name
         fill_menu(menus["File"], actions, ("save", "export", "quit"))
         fill_menu(menus["Edit"], actions, ("keep_A", "drill", "copy_command", "preferences"))
-        fill_menu(menus["Landmarks"], actions, ("accept", "next_unplaced", "import_landmarks"))
+        fill_menu(
+            menus["Landmarks"], actions, ("delete", "accept", "next_unplaced", "import_landmarks")
+        )
         self._fill_presets(menus["Landmarks"])
         fill_menu(
             menus["View"], actions, ("blink", "link", "focus", "blink_target", "markers", "dark")
@@ -80,7 +82,7 @@ class Menus:
             action.setChecked(kind == window.mode.kind)
             action.triggered.connect(lambda _on, kind=kind: window.mode.set_kind(kind))
             group.addAction(action)
-        menu.insertMenu(window.actions_by_name["accept"], kinds)
+        menu.insertMenu(window.actions_by_name["delete"], kinds)
 
     def fill_recent(self) -> None:
         """Offer what was opened last and is still there."""
