@@ -42,9 +42,7 @@ class Menus:
         actions = window.actions_by_name
         fill_menu(menus["File"], actions, ("save", "export", "quit"))
         fill_menu(menus["Edit"], actions, ("keep_A", "drill", "copy_command", "preferences"))
-        fill_menu(
-            menus["Landmarks"], actions, ("delete", "accept", "next_unplaced", "import_landmarks")
-        )
+        fill_menu(menus["Landmarks"], actions, ("accept", "next_unplaced", "import_landmarks"))
         self._fill_presets(menus["Landmarks"])
         fill_menu(
             menus["View"], actions, ("blink", "link", "focus", "blink_target", "markers", "dark")
@@ -82,7 +80,7 @@ class Menus:
             action.setChecked(kind == window.mode.kind)
             action.triggered.connect(lambda _on, kind=kind: window.mode.set_kind(kind))
             group.addAction(action)
-        menu.insertMenu(window.actions_by_name["delete"], kinds)
+        menu.insertMenu(window.actions_by_name["accept"], kinds)
 
     def fill_recent(self) -> None:
         """Offer what was opened last and is still there."""
