@@ -147,15 +147,6 @@ SPECS = (
         needs="results",
     ),
     ActionSpec("escape", "Edit", "Select &nothing", ("Esc",), lambda w: w.escape()),
-    ActionSpec(
-        "delete",
-        "Edit",
-        "Delete land&marks",
-        ("Del", "Backspace"),
-        lambda w: w.delete_landmarks(),
-        "Removes landmarks of your own; sets those on the boundary to weight 0",
-        needs="results",
-    ),
     *(
         ActionSpec(
             f"{verb}_{name}",
@@ -225,6 +216,15 @@ SPECS = (
         (),
         lambda w: w.landmark_commands.recolor(),
         "Give the selected landmarks of your own a colour",
+        needs="results",
+    ),
+    ActionSpec(
+        "delete",
+        "Landmarks",
+        "Delete land&marks",
+        ("Del", "Backspace"),
+        lambda w: w.delete_landmarks(),
+        "Removes landmarks of your own; sets those on the boundary to weight 0",
         needs="results",
     ),
     ActionSpec(
