@@ -12,7 +12,7 @@ from flyreg_gui.views.arrangement import LAYOUTS
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QApplication
 
-from tests.app.hands import LEFT, drag, press
+from tests.app.hands import LEFT, drag, drawn, press
 from tests.app.picks import mispicks
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
@@ -166,3 +166,19 @@ def test_a_double_click_on_a_title_gives_a_view_the_whole_area(qtbot, window):
     assert shown(window) == [1]
     qtbot.mouseDClick(title, LEFT)
     assert shown(window) == [0, 1, 2, 3, 4]
+
+
+def test_each_brain_is_shown_as_read_prepared_or_smoothed(qtbot, window):
+    area, brain = window.view_area, window.session.results.source
+    offered = area.frames[0].title.choice.menu().actions()
+    before = area.source.pose()
+    for row, vertices in ((1, brain.raw.vertices), (0, brain.surface.vertices)):
+        offered[row].trigger()
+        np.testing.assert_array_equal(drawn(area.source), vertices.astype(np.float32))
+        assert area.source.pose() == before
+    offered[2].trigger()
+    smoothed = drawn(area.source)
+    assert smoothed.shape == brain.surface.vertices.shape
+    assert np.ptp(smoothed, axis=0).max() < np.ptp(brain.surface.vertices, axis=0).max()
+    middle = QPointF(area.source.canvas.rect().center() - QPoint(30, 10))
+    assert area.pointer.at(area.source, middle) is None  # it is not the surface that is registered
