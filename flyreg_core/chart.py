@@ -65,25 +65,30 @@ class Panel:
     band: Band | None = None
 
 
-def draw_panels(panels: Sequence[Panel], ink: str = "#222222", paper: str | None = None) -> str:
-    """Return an SVG document with panels below one another.
+def draw_panels(
+    panels: Sequence[Panel], columns: int = 1, ink: str = "#222222", paper: str | None = None
+) -> str:
+    """Return an SVG document with panels row by row.
 
     Parameters
     ----------
+    columns : int
+        Panels beside one another.
     ink : str
         Colour of axes and words; "currentColor" follows the page that the picture stands in.
     paper : str, optional
         Colour behind everything; None leaves it transparent.
     """
-    height = HEIGHT * len(panels)
+    width, height = WIDTH * columns, HEIGHT * -(-len(panels) // columns)
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" '
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
         f'height="{height}" font-family="sans-serif" font-size="12">'
     ]
     if paper is not None:
-        parts.append(f'<rect width="{WIDTH}" height="{height}" fill="{paper}"/>')
+        parts.append(f'<rect width="{width}" height="{height}" fill="{paper}"/>')
     for number, panel in enumerate(panels):
-        parts.append(f'<g transform="translate(0 {HEIGHT * number})">')
+        row, column = divmod(number, columns)
+        parts.append(f'<g transform="translate({WIDTH * column} {HEIGHT * row})">')
         parts += _Drawing(panel, ink).parts()
         parts.append("</g>")
     return "\n".join([*parts, "</svg>", ""])
@@ -161,7 +166,7 @@ class _Drawing:
         return [
             f'<rect x="{left}" y="{TOP}" width="{width:.2f}" height="{HEIGHT - TOP - BOTTOM}" '
             'fill="#009e73" fill-opacity="0.14"/>',
-            self._text((left + right) / 2, HEIGHT - BOTTOM - 6, band.text, "middle"),
+            self._text(right - 8, (TOP + HEIGHT - BOTTOM) / 2, band.text, "end"),
         ]
 
     def _axes(self) -> list[str]:

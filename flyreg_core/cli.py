@@ -78,6 +78,26 @@ def _prepare(arguments: argparse.Namespace) -> None:
     _print({**facts, **_cost(started)}, arguments.json)
 
 
+def _curves(arguments: argparse.Namespace) -> None:
+    from flyreg_core.brain_files import voxel_edge_um
+    from flyreg_core.distortion_curves import curves_report, draw_curves, find_curves
+    from flyreg_core.files import check_place, make_folder, write_atomically
+    from flyreg_core.pipeline import Pipeline
+    from flyreg_core.progress import within
+
+    if arguments.output is not None:
+        check_place(arguments.output)
+    brain = brain_of(arguments.brain, arguments)
+    with _Progress() as progress:
+        _, torus = Pipeline().make_torus(brain, within(progress, 0.0, 0.4))
+        edge = voxel_edge_um(brain.input)
+        curves = find_curves(torus.surface, edge, within(progress, 0.4, 1.0))
+    if arguments.output is not None:
+        make_folder(arguments.output.resolve().parent)
+        write_atomically(arguments.output, draw_curves(curves, paper="#ffffff"))
+    _print(curves_report(curves), arguments.json)
+
+
 def _register(arguments: argparse.Namespace) -> None:
     from flyreg_core.cache import open_cache
     from flyreg_core.files import check_place
@@ -99,6 +119,7 @@ def _register(arguments: argparse.Namespace) -> None:
 
 
 def _write_results(results: Results, folder: Path, started: float) -> dict[str, object]:
+    from flyreg_core.cost import with_cost
     from flyreg_core.files import make_folder
     from flyreg_core.project_file import save_project
     from flyreg_core.report import register_report, write_flat, write_registered
@@ -110,12 +131,8 @@ def _write_results(results: Results, folder: Path, started: float) -> dict[str, 
     write_flat(folder / "flat.npz", results)
     write_vertex_pairs(folder / "vertex-pairs.csv", results)
     save_project(results.project, folder / "project.flyreg")
-    cost = _cost(started)
-    seconds = {
-        "total": cost["seconds"],
-        "by_stage": {name: round(value, 3) for name, value in results.seconds.items()},
-    }
-    facts = {**register_report(results), **cost, "seconds": seconds}
+    spent = time.perf_counter() - started
+    facts = with_cost(register_report(results), spent, results.seconds)
     write_report(folder / "report.html", "project.flyreg", results, facts)
     return facts
 
@@ -353,6 +370,7 @@ def _log_error() -> str:
 _COMMANDS = {
     "inspect": _inspect,
     "prepare": _prepare,
+    "curves": _curves,
     "register": _register,
     "transform": _transform,
     "distance": _distance,

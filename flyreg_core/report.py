@@ -196,13 +196,8 @@ def _there_and_back(judgement: Judgement | None) -> Facts | None:
 def _displacement(results: Results) -> Facts:
     """Return how far registration took vertices from where the affine alignment had put them."""
     moved = results.beyond_alignment_um
-    p95, p99 = np.percentile(moved, [95, 99])
-    return {
-        "mean_um": float(moved.mean()),
-        "p95_um": float(p95),
-        "p99_um": float(p99),
-        "max_um": float(moved.max()),
-    }
+    shares = {f"p{share}_um": float(np.percentile(moved, share)) for share in PERCENTILES}
+    return {"mean_um": float(moved.mean()), **shares, "max_um": float(moved.max())}
 
 
 def _parameters(project: Project) -> Facts:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
 
 import numpy as np
 
 from flyreg_core.color_maps import SOURCE, TARGET, Colors, colors_of
-from flyreg_core.frame import BrainFrame
+from flyreg_core.frame import ANTERO_POSTERIOR, DORSO_VENTRAL, LEFT_RIGHT, BrainFrame
 from flyreg_core.halves import FlatHalf
 from flyreg_core.landmarks import HALVES, HalfName
 from flyreg_core.mesh import Floats, SurfaceMesh
@@ -27,7 +27,6 @@ from flyreg_core.picture import (
     blended,
     draw_flat,
     draw_surface,
-    view_of,
     webp_bytes,
 )
 from flyreg_core.progress import Report, within
@@ -87,13 +86,15 @@ class _Stage:
 
     @classmethod
     def around(cls, points: Floats, frame: BrainFrame) -> _Stage:
-        extents = {side: np.ptp(points @ axes_of(frame, side).T, axis=0) for side in SIDES}
-        scale = MARGIN * max(float(extent[0]) for extent in extents.values()) / PIXELS
+        along = frame.coordinates(points)
+        low, high = along.min(axis=0), along.max(axis=0)
+        middle = frame.points((low + high) / 2)
+        scale = MARGIN * float(high[LEFT_RIGHT] - low[LEFT_RIGHT]) / PIXELS
         views = {}
-        for side, extent in extents.items():
-            size = PIXELS, math.ceil(MARGIN * float(extent[1]) / scale)
-            view = view_of(points, axes_of(frame, side), size)
-            views[side] = replace(view, um_per_pixel=scale), size
+        for side in SIDES:
+            up = ANTERO_POSTERIOR if side == "top" else DORSO_VENTRAL
+            size = PIXELS, math.ceil(MARGIN * float(high[up] - low[up]) / scale)
+            views[side] = View(axes_of(frame, side), middle, scale), size
         return cls(views)
 
 

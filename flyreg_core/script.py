@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import shlex
+import subprocess
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass, replace
 from pathlib import Path
@@ -50,8 +52,9 @@ def python_program(project: Project) -> str:
 
 
 def register_command(project_file: Path, folder: str = "registered") -> str:
-    """Return the shell command that registers a saved project, quoted for a POSIX shell."""
-    return shlex.join(["flyreg", "register", "--project", str(project_file), "-o", folder])
+    """Return the command that registers a saved project, quoted for the shell of this system."""
+    words = ["flyreg", "register", "--project", str(project_file), "-o", folder]
+    return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 
 
 def _expression(value: Any, used: set[type], depth: int) -> str:

@@ -28,7 +28,9 @@ class ActionSpec:
     do: Callable[[MainWindow], object] | Callable[[MainWindow, bool], object]
     tip: str = ""
     is_on: bool | None = None  # None: not a switch
-    needs: str = ""  # "project", "brains", "results", "current", "snapshots": greyed out without
+    needs: str = (
+        ""  # "project", "brains", "results", "current", "measured", "snapshots": grey without
+    )
 
 
 SPECS = (
@@ -65,6 +67,15 @@ SPECS = (
         ("Ctrl+E",),
         lambda w: w.files.export(),
         needs="current",
+    ),
+    ActionSpec(
+        "report",
+        "File",
+        "Save &report…",
+        (),
+        lambda w: w.reports.save(),
+        "Write a web page with pictures and all figures, and the project that repeats it",
+        needs="measured",
     ),
     ActionSpec(
         "export_vertex_pairs",
@@ -136,15 +147,6 @@ SPECS = (
         needs="results",
     ),
     ActionSpec("escape", "Edit", "Select &nothing", ("Esc",), lambda w: w.escape()),
-    ActionSpec(
-        "delete",
-        "Edit",
-        "Delete land&marks",
-        ("Del", "Backspace"),
-        lambda w: w.delete_landmarks(),
-        "Removes landmarks of your own; sets those on the boundary to weight 0",
-        needs="results",
-    ),
     *(
         ActionSpec(
             f"{verb}_{name}",
@@ -214,6 +216,15 @@ SPECS = (
         (),
         lambda w: w.landmark_commands.recolor(),
         "Give the selected landmarks of your own a colour",
+        needs="results",
+    ),
+    ActionSpec(
+        "delete",
+        "Landmarks",
+        "Delete land&marks",
+        ("Del", "Backspace"),
+        lambda w: w.delete_landmarks(),
+        "Removes landmarks of your own; sets those on the boundary to weight 0",
         needs="results",
     ),
     ActionSpec(

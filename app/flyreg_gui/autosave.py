@@ -160,8 +160,9 @@ class LeftOver:
         return load_project(self.path)
 
     def discard(self) -> None:
-        """Delete it."""
-        self.path.unlink(missing_ok=True)
+        """Delete it, and what was half written when its program ended."""
+        for part in (self.path, *self.path.parent.glob(f".{self.path.name}.*.part")):
+            part.unlink(missing_ok=True)
         self.lock.unlock()
 
     def keep(self) -> None:

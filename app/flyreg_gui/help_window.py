@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 PAGES = (
     ("Brains", "brains.md"),
     ("Preparing", "preparing.md"),
+    ("Looking", "looking.md"),
     ("Landmarks", "landmarks.md"),
     ("Weights and λ", "weights.md"),
     ("Judging", "judging.md"),

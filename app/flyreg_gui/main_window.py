@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flyreg_resources import landmark_lists
 from PySide6.QtCore import QEvent, QPoint, Qt
-from PySide6.QtGui import QActionGroup, QCloseEvent, QKeyEvent, QKeySequence, QPixmap
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QPixmap
 from PySide6.QtWidgets import (
     QAbstractButton,
     QDockWidget,
-    QLabel,
     QMainWindow,
     QMenu,
-    QSizePolicy,
     QSlider,
     QStackedWidget,
-    QToolBar,
     QUndoView,
     QVBoxLayout,
     QWidget,
@@ -27,7 +23,7 @@ from flyreg_core.errors import TopologyError
 from flyreg_core.pipeline import Pipeline
 from flyreg_core.project import Project
 from flyreg_core.results import Results
-from flyreg_gui.actions import enable_actions, fill_menu, make_actions
+from flyreg_gui.actions import enable_actions, make_actions
 from flyreg_gui.autosave import Autosave
 from flyreg_gui.blink import NAMES, Blink
 from flyreg_gui.drill_mode import DrillMode
@@ -37,7 +33,8 @@ from flyreg_gui.help_window import HelpWindow, help_pages
 from flyreg_gui.judging import ORIGINS, Judging
 from flyreg_gui.keymap import Keymap
 from flyreg_gui.landmark_commands import LandmarkCommands
-from flyreg_gui.landmark_mode import KINDS, LandmarkMode
+from flyreg_gui.landmark_mode import LandmarkMode
+from flyreg_gui.menus import Menus, make_toolbar
 from flyreg_gui.modes import Mode, Modes
 from flyreg_gui.neuropils import Neuropils
 from flyreg_gui.panels.banner import Banner
@@ -51,6 +48,7 @@ from flyreg_gui.pictures import PictureCommands
 from flyreg_gui.preferences import Preferences
 from flyreg_gui.preferences_dialog import PreferencesDialog
 from flyreg_gui.preparing import PreparingPipeline
+from flyreg_gui.report_command import ReportCommand
 from flyreg_gui.runner import Runner
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session, with_view
@@ -61,7 +59,6 @@ from flyreg_gui.tour import Tour
 from flyreg_gui.trim_mode import TrimMode
 from flyreg_gui.tunnels import Tunnels, guess_of
 from flyreg_gui.view_commands import ViewCommands
-from flyreg_gui.view_menus import add_view_menus
 from flyreg_gui.view_state import read_view_state, view_state
 from flyreg_gui.views.graphics import PRINT, samples_per_pixel
 from flyreg_gui.views.view_area import ViewArea
@@ -78,6 +75,12 @@ SHORT_TEXTS = {
     "picture_of_views": "Picture of all views",
     "picture_of_view": "Picture of the current view",
     "turn": "Turning picture",
+    "from_front": "Look from the front",
+    "from_back": "Look from behind",
+    "from_left": "Look from the left",
+    "from_right": "Look from the right",
+    "from_top": "Look from above",
+    "from_bottom": "Look from below",
 }
 """What actions are called outside their menu, where the text there is too long, short, or changes."""
 
@@ -108,6 +111,7 @@ class MainWindow(QMainWindow):
         self.autosave = Autosave(self.session, lambda p: with_view(p, self.view_state()), self)
         self.recovery = RecoveryBar(self)
         self.blink = Blink(self.session, self.say, self)
+        self.reports = ReportCommand(self)
         self.view_area = ViewArea(
             *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
             self.judging,
@@ -126,11 +130,11 @@ class MainWindow(QMainWindow):
         self._unread_view = False  # of a project whose first results are still to come
         self._make_center()
         self._make_docks()
-        self._make_menus()
+        self.menus = Menus(self)
         for name, short in SHORT_TEXTS.items():
             self.actions_by_name[name].setIconText(short)
         self.keymap = Keymap(self.actions_by_name, self.preferences)
-        self._make_toolbar()
+        self._tools = make_toolbar(self)
         self.tour = Tour(self)
         self.status = StatusBar(self.session)
         self.setStatusBar(self.status)
@@ -166,7 +170,7 @@ class MainWindow(QMainWindow):
         self.start.show_recent(self.preferences.recent_projects, self.preferences.recent_pairs)
 
     def _make_docks(self) -> None:
-        self._docks = []
+        self.docks = []
         self.history = QUndoView(self.session.undo_stack)
         self.history.setEmptyLabel("As opened")
         self.history.setAccessibleName("History of changes")
@@ -181,93 +185,12 @@ class MainWindow(QMainWindow):
             dock.setObjectName(title)
             dock.setWidget(widget)
             self.addDockWidget(area, dock)
-            self._docks.append(dock)
-        steps, landmarks, history, judge = self._docks
+            self.docks.append(dock)
+        steps, landmarks, history, judge = self.docks
         history.hide()
         self.tabifyDockWidget(landmarks, judge)
         landmarks.raise_()
-        self.resizeDocks([steps, landmarks], [280, 450], Qt.Orientation.Horizontal)
-
-    def _make_menus(self) -> None:
-        menus: dict[str, QMenu] = {}
-        for name in ("File", "Edit", "Landmarks", "View", "Help"):
-            menus[name] = self.menuBar().addMenu(f"&{name}")
-            menus[name].setObjectName(name)
-        undo = self.session.undo_stack.createUndoAction(self, "&Undo")
-        redo = self.session.undo_stack.createRedoAction(self, "&Redo")
-        undo.setShortcut("Ctrl+Z")
-        redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
-        self.actions_by_name |= {"undo": undo, "redo": redo}
-        menus["Edit"].addActions([undo, redo])
-        menus["Edit"].addSeparator()
-        actions = self.actions_by_name
-        fill_menu(menus["File"], actions, ("save", "export", "quit"))
-        fill_menu(menus["Edit"], actions, ("keep_A", "drill", "copy_command", "preferences"))
-        fill_menu(menus["Landmarks"], actions, ("accept", "next_unplaced", "import_landmarks"))
-        self._fill_presets(menus["Landmarks"])
-        fill_menu(
-            menus["View"], actions, ("blink", "link", "focus", "blink_target", "markers", "dark")
-        )
-        add_view_menus(menus["View"], actions, self.view_area.arrangement)
-        fill_menu(menus["Help"], actions)
-        menus["View"].addSeparator()
-        for dock in self._docks:
-            menus["View"].addAction(dock.toggleViewAction())
-        pictures = QMenu("&Pictures", self)
-        pictures.setObjectName("Pictures")
-        fill_menu(pictures, actions)
-        menus["File"].insertMenu(actions["quit"], pictures)
-        menus["File"].insertSeparator(actions["quit"])
-        self._recent_pairs_menu = QMenu("Recent &brains", self)
-        menus["File"].insertMenu(actions["demo"], self._recent_pairs_menu)
-        self._recent_menu = QMenu("&Recent projects", self)
-        menus["File"].insertMenu(actions["demo"], self._recent_menu)
-        menus["File"].aboutToShow.connect(self._fill_recent)
-
-    def _fill_presets(self, menu: QMenu) -> None:
-        """Offer the lists of landmarks that come with the program, and where new ones lie."""
-        lists = QMenu("Landmarks to &place", self)
-        for path in landmark_lists():
-            action = lists.addAction(path.stem.replace("-", " ").capitalize())
-            action.triggered.connect(
-                lambda _on, path=path: self.landmark_commands.add_template(path)
-            )
-        menu.insertMenu(self.actions_by_name["template"], lists)
-        kinds = QMenu("New landmarks &lie", self)
-        group = QActionGroup(kinds)
-        for kind in KINDS:
-            on_curve = "anywhere on the surface" if kind == "interior" else f"on the {kind} curve"
-            action = kinds.addAction(on_curve)
-            action.setCheckable(True)
-            action.setChecked(kind == self.mode.kind)
-            action.triggered.connect(lambda _on, kind=kind: self.mode.set_kind(kind))
-            group.addAction(action)
-        menu.insertMenu(self.actions_by_name["accept"], kinds)
-
-    def _make_toolbar(self) -> None:
-        bar = self._tools = QToolBar("Tools", self)
-        bar.setObjectName("tools")
-        bar.setMovable(False)
-        bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-        actions = self.actions_by_name
-        bar.addActions([actions["open_brains"], actions["save"], actions["export"]])
-        bar.addSeparator()
-        bar.addActions([actions["undo"], actions["redo"]])
-        bar.addSeparator()
-        bar.addActions(
-            [actions[name] for name in ("landmark_mode", "tunnels", "trim", "link", "home")]
-        )
-        spring = QWidget()
-        spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        bar.addWidget(spring)
-        self.blend.setRange(0, 100)
-        self.blend.setFixedWidth(140)
-        self.blend.setAccessibleName("Blend")
-        self.blend.setToolTip("Registered source at the left, target at the right")
-        bar.addWidget(QLabel("Registered "))
-        bar.addWidget(self.blend)
-        bar.addWidget(QLabel(" Target  "))
-        self.addToolBar(bar)
+        self.resizeDocks([steps, landmarks], [265, 410], Qt.Orientation.Horizontal)
 
     def _connect(self) -> None:
         session, files = self.session, self.files
@@ -443,23 +366,6 @@ class MainWindow(QMainWindow):
     def _on_recent(self, path: str) -> None:
         self.files.open_project_file(Path(path))
 
-    def _fill_recent(self) -> None:
-        self._recent_menu.clear()
-        for path in self.preferences.recent_projects:
-            action = self._recent_menu.addAction(path.name)
-            action.setToolTip(str(path))
-            action.triggered.connect(lambda _on, path=path: self.files.open_project_file(path))
-        self._recent_pairs_menu.clear()
-        for source, target in self.preferences.recent_pairs:
-            text = f"{source.short_name} on {target.short_name}"
-            action = self._recent_pairs_menu.addAction(text)
-            action.setToolTip(f"{source.name}\n{target.name}")
-            action.triggered.connect(
-                lambda _on, pair=(source, target): self.files.open_recent_pair(*pair)
-            )
-        self._recent_pairs_menu.setEnabled(not self._recent_pairs_menu.isEmpty())
-        self._recent_menu.setEnabled(not self._recent_menu.isEmpty())
-
     def _show_state(self) -> None:
         session = self.session
         met = set()
@@ -475,6 +381,8 @@ class MainWindow(QMainWindow):
         met |= {f"snapshot {name}" for name in kept}
         if session.results is not None and all(name in kept for name in NAMES):
             met.add("snapshots")
+        if session.is_complete:
+            met.add("measured")
         enable_actions(self.actions_by_name, met)
         self._show_title()
         if session.failure is not self._shown_failure:
@@ -537,6 +445,7 @@ class MainWindow(QMainWindow):
         self.recovery.release()
         self.autosave.close()
         self.preferences.views = self.view_area.arrangement.state()
+        self.reports.close()
         self.runner.close()
         self.judging.close()
         self.view_area.close_canvases()

@@ -85,7 +85,7 @@ class PictureCommands:
                 raise Cancelled
 
         try:
-            write_turn(frame, path, tell)
+            write_turn(frame, path, tell, FRAMES)
         except Cancelled:
             self._window.say("The turning picture was not saved")
         except (FlyregError, OSError) as error:
@@ -124,7 +124,7 @@ def name_of(frame: ViewFrame) -> str:
     return frame.canvas.accessibleName().lower().replace(",", "").replace(" ", "-")
 
 
-def write_turn(frame: ViewFrame, path: Path, tell: Tell, frames: int = FRAMES) -> None:
+def write_turn(frame: ViewFrame, path: Path, tell: Tell, frames: int) -> None:
     """Write a brain's whole turn: a GIF, or beside a .png's place a folder of numbered pictures.
 
     Raises

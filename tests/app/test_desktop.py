@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -17,8 +16,10 @@ from flyreg_core.errors import Cancelled
 from flyreg_core.landmark_files import NamedPair, write_bigwarp
 from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.project_file import load_project, save_project
+from flyreg_core.script import register_command
 
 pytest.importorskip("PySide6")
+from flyreg_gui import pictures
 from flyreg_gui.actions import SPECS
 from flyreg_gui.dialogs import OpenBrainsDialog
 from flyreg_gui.help_window import MOUSE_AND_KEYS, HelpWindow
@@ -29,9 +30,9 @@ from flyreg_gui.preferences_dialog import PreferencesDialog
 from flyreg_gui.theme import current_theme, set_scheme
 from PySide6.QtCore import QMimeData, QPointF, Qt, QTimer, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QGuiApplication, QKeySequence
-from PySide6.QtWidgets import QApplication, QMessageBox
+from PySide6.QtWidgets import QApplication, QMessageBox, QProgressDialog
 
-from tests.app.hands import CONTROL, LEFT, press, settle
+from tests.app.hands import CONTROL, LEFT, answer_file_dialog, press, settle
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 
@@ -81,8 +82,8 @@ def test_two_brains_dropped_are_a_pair_that_is_remembered(qtbot, empty_window, d
     assert (project.source.input.path, project.target.input.path) == tuple(map(str, demo_files))
     ((source, target),) = Preferences().recent_pairs
     assert (source.name, target.name) == tuple(map(str, demo_files))
-    empty_window._fill_recent()
-    (action,) = empty_window._recent_pairs_menu.actions()
+    empty_window.menus.fill_recent()
+    (action,) = empty_window.menus.recent_pairs.actions()
     assert action.text() == "source.ply on target.ply"
     before = empty_window.session.project
     action.trigger()
@@ -173,6 +174,15 @@ def test_a_key_is_changed_unless_it_is_taken_and_the_help_shows_it(qtbot, empty_
     dialog.close()
 
 
+def test_how_soon_changes_are_kept_is_chosen_and_remembered(empty_window):
+    dialog = PreferencesDialog(empty_window)
+    dialog.seconds.setValue(7)
+    assert empty_window.autosave.seconds == 7
+    assert Preferences().autosave_seconds == 7
+    dialog.close()
+    dialog.deleteLater()
+
+
 def is_dark(image, x, y):
     return image.pixelColor(x, y).lightness() < 128
 
@@ -200,11 +210,11 @@ def test_a_turn_is_written_as_gif_or_folder_and_leaves_the_camera(window, tmp_pa
     write_turn(frame, tmp_path / "turn.gif", lambda _done: None, frames=4)
     with Image.open(tmp_path / "turn.gif") as gif:
         assert gif.n_frames == 4
-        pictures = []
+        turned = []
         for number in range(4):
             gif.seek(number)
-            pictures.append(np.asarray(gif.convert("RGB"), dtype=int))
-    assert all(np.abs(a - pictures[0]).max() > 40 for a in pictures[1:])
+            turned.append(np.asarray(gif.convert("RGB"), dtype=int))
+    assert all(np.abs(a - turned[0]).max() > 40 for a in turned[1:])
     write_turn(frame, tmp_path / "turn.png", lambda _done: None, frames=3)
     assert len(list((tmp_path / "turn").glob("*.png"))) == 3
     np.testing.assert_allclose(window.view_area.registered.pose().position, before.position)
@@ -216,6 +226,29 @@ def test_a_turn_is_written_as_gif_or_folder_and_leaves_the_camera(window, tmp_pa
     with pytest.raises(Cancelled):
         write_turn(frame, tmp_path / "second.gif", cancel, frames=4)
     assert not list(tmp_path.glob("*second*"))
+
+
+def test_a_turn_can_be_cancelled_or_awaited(qtbot, window, tmp_path, monkeypatch):
+    path = tmp_path / "turn.gif"
+    answer_file_dialog(path)
+    when_asked(QProgressDialog, lambda dialog: dialog.cancel())
+    window.actions_by_name["turn"].trigger()
+    assert not path.exists()
+    monkeypatch.setattr(pictures, "FRAMES", 3)
+    answer_file_dialog(path)
+    window.actions_by_name["turn"].trigger()
+    assert path.is_file()
+
+
+def test_pictures_of_one_view_and_of_all_are_of_their_size_and_not_blank(window, tmp_path):
+    area = window.view_area
+    for name, widget in (("picture_of_view", area.frames[2].canvas), ("picture_of_views", area)):
+        path = tmp_path / f"{name}.png"
+        answer_file_dialog(path)
+        window.actions_by_name[name].trigger()
+        with Image.open(path) as picture:
+            assert picture.size == (widget.width(), widget.height())
+            assert len(picture.convert("RGB").getcolors(10**6)) > 200
 
 
 def test_the_current_view_is_the_one_that_was_clicked(qtbot, window):
@@ -232,8 +265,7 @@ def test_the_copied_command_repeats_the_saved_project(qtbot, window, tmp_path):
     path = tmp_path / "it's mine.flyreg"
     assert window.files._save_to(path)
     window.files.copy_command()
-    words = shlex.split(QGuiApplication.clipboard().text())
-    assert words == ["flyreg", "register", "--project", str(path), "-o", "registered"]
+    assert QGuiApplication.clipboard().text() == register_command(path)
     assert load_project(path).source == window.session.project.source
 
 

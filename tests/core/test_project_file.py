@@ -88,7 +88,7 @@ def projects():
     )
     ids = st.lists(st.text()).map(tuple)
     files = st.builds(NeuropilFile, brains().map(lambda brain: brain.input), roles)
-    weights = st.dictionaries(st.text(), finite(0))
+    weights = st.dictionaries(st.text(), finite(0), max_size=2)
     snapshots = st.builds(Snapshot, weights, weights, finite(0), ids, ids)
     return st.builds(
         Project,
@@ -103,7 +103,7 @@ def projects():
         smoothing=finite(0),
         neuropils=st.lists(files, max_size=2).map(tuple),
         view=st.dictionaries(st.text(), free),
-        snapshots=st.dictionaries(st.text(), snapshots),
+        snapshots=st.dictionaries(st.sampled_from("AB"), snapshots),
     )
 
 

@@ -193,6 +193,8 @@ class LandmarksPanel(QWidget):
         self.model.show(project, self._session.results)
         self._selection.keep(self.model.ids)
         self.smoothing_slider.setEnabled(project is not None)
+        self.neighbourhood.setEnabled(self._session.results is not None)
+        self.curve.setVisible(project is not None)
         if project is not None:
             self.smoothing_slider.show_value(project.smoothing)
             self._smoothing_value.setText(f"λ = {format_smoothing(project.smoothing)}")

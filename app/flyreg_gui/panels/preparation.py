@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 from flyreg_core.landmarks import Pairing
 from flyreg_core.project import Brain, Project
 from flyreg_core.results import PreparedBrain, Results
+from flyreg_gui.curves_dialog import CurvesDialog
 from flyreg_gui.session import Session
 
 PAIRINGS: tuple[Pairing, ...] = ("shape", "coordinate", "arc length", "nearest")
@@ -122,6 +123,8 @@ class PreparationForm(QWidget):
         self.pairing.setToolTip(PAIRING_TIP)
         self.per_seam = _spin_box("Landmarks per seam", 0, 99)
         self.per_side = _spin_box("Landmarks per side", 0, 99)
+        self.curves_button = QPushButton("Curves…")
+        self.curves_button.setToolTip("Show what simplifying and smoothing cost the brains' shape")
         self.apply_button = QPushButton("Apply")
         self.reset_button = QPushButton("Reset")
         self._arrange()
@@ -153,6 +156,7 @@ class PreparationForm(QWidget):
         grid.addWidget(_label("Per seam, side", tip), row + 1, 0)
         grid.addLayout(counts, row + 1, 1, 1, 2)
         buttons = QHBoxLayout()
+        buttons.addWidget(self.curves_button)
         buttons.addStretch(1)
         buttons.addWidget(self.reset_button)
         buttons.addWidget(self.apply_button)
@@ -167,6 +171,7 @@ class PreparationForm(QWidget):
                 _changed_signal(widget).connect(self._on_typed)
         for widget in (self.pairing, self.per_seam, self.per_side):
             _changed_signal(widget).connect(self._on_typed)
+        self.curves_button.clicked.connect(self._on_curves)
         self.apply_button.clicked.connect(self._on_apply)
         self.reset_button.clicked.connect(self._on_reset)
         self._session.project_changed.connect(self._on_project)
@@ -194,6 +199,10 @@ class PreparationForm(QWidget):
         if project is not None:
             self.applied.emit(project)
 
+    def _on_curves(self) -> None:
+        if self._session.results is not None:
+            CurvesDialog(self._session.results, self).show()
+
     def _on_reset(self) -> None:
         self._show(self._session.project, self._session.results)
 
@@ -208,10 +217,12 @@ class PreparationForm(QWidget):
         self._show(project, self._session.results)
 
     def _on_results(self, results: Results | None) -> None:
+        self.curves_button.setEnabled(results is not None)
         if not self.apply_button.isEnabled():  # what is being typed stays
             self._show(self._session.project, results)
 
     def _show(self, project: Project | None, results: Results | None) -> None:
+        self.curves_button.setEnabled(results is not None)
         if project is not None:
             self.source.show(project.source, results.source if results else None)
             self.target.show(project.target, results.target if results else None)
