@@ -12,7 +12,7 @@ from flyreg_gui.views.arrangement import LAYOUTS
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QApplication
 
-from tests.app.hands import LEFT, drag, press
+from tests.app.hands import LEFT, drag, drawn, press
 from tests.app.picks import mispicks
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
@@ -29,8 +29,12 @@ def seen_from(view):
     return away / np.linalg.norm(away)
 
 
-def test_views_are_hidden_maximised_and_arranged_and_the_files_remember(window):
-    arrangement = window.view_area.arrangement
+def test_views_are_hidden_maximised_and_arranged_and_the_files_remember(qtbot, window):
+    arrangement, title = window.view_area.arrangement, window.view_area.frames[1].title
+    qtbot.mouseDClick(title, LEFT)
+    assert shown(window) == [1]
+    qtbot.mouseDClick(title, LEFT)
+    assert shown(window) == [0, 1, 2, 3, 4]
     arrangement.set_shown(1, False)
     assert shown(window) == [0, 2, 3, 4]
     arrangement.toggle_maximised(window.view_area.frames[2])
@@ -54,7 +58,7 @@ def test_views_are_hidden_maximised_and_arranged_and_the_files_remember(window):
         assert len(shown(window)) == 1
 
 
-def test_keys_look_from_each_side_and_copy_views(qtbot, window):
+def test_keys_look_from_each_side_copy_views_and_link_rotations_only(qtbot, window):
     area = window.view_area
     left, dorsal, anterior = np.eye(3)
     for key, expected in (
@@ -77,9 +81,11 @@ def test_keys_look_from_each_side_and_copy_views(qtbot, window):
     area.source.look_from("back")
     press(qtbot, window, Qt.Key.Key_Q)  # the mouse is over no brain: the source counts
     np.testing.assert_allclose(seen_from(area.target), -anterior, atol=1e-9)
+    window.actions_by_name["link"].setChecked(True)
+    keep_their_distance_when_linked_by_rotation_only(qtbot, window)
 
 
-def test_linked_by_rotation_only_each_brain_keeps_its_distance(qtbot, window):
+def keep_their_distance_when_linked_by_rotation_only(qtbot, window):
     area = window.view_area
     window.actions_by_name["rotation_only"].setChecked(True)
     cameras = [view.canvas.renderer.GetActiveCamera() for view in area.surface_views]
@@ -102,7 +108,7 @@ def test_f_brings_what_is_under_the_mouse_to_the_middle(qtbot, window):
     np.testing.assert_allclose(pixels[0], [canvas.width() / 2, canvas.height() / 2], atol=1e-6)
 
 
-def test_landmarks_are_hidden_named_and_resized_by_keys(qtbot, window):
+def test_landmarks_are_hidden_and_resized_by_keys_and_blinking_ends_as_it_began(qtbot, window):
     view = window.view_area.source
     assert view._markers.actor.GetVisibility()
     radius = view._radii[0]
@@ -115,9 +121,6 @@ def test_landmarks_are_hidden_named_and_resized_by_keys(qtbot, window):
     assert view.landmark_at(QPointF(view.canvas.rect().center())) is None
     press(qtbot, window, Qt.Key.Key_V)
     assert view._markers.actor.GetVisibility()
-
-
-def test_blinking_shows_both_in_turn_and_ends_as_it_began(qtbot, window):
     layer, action = window.view_area.registered.overlay, window.actions_by_name["blink_target"]
     before = layer.actor.prop.opacity
     seen = set()
@@ -160,9 +163,17 @@ def test_a_cut_opens_all_brains_and_what_is_cut_away_cannot_be_clicked(qtbot, wi
     assert area.source.point_at(position) is not None
 
 
-def test_a_double_click_on_a_title_gives_a_view_the_whole_area(qtbot, window):
-    title = window.view_area.frames[1].title
-    qtbot.mouseDClick(title, LEFT)
-    assert shown(window) == [1]
-    qtbot.mouseDClick(title, LEFT)
-    assert shown(window) == [0, 1, 2, 3, 4]
+def test_each_brain_is_shown_as_read_prepared_or_smoothed(qtbot, window):
+    area, brain = window.view_area, window.session.results.source
+    offered = area.frames[0].title.choice.menu().actions()
+    before = area.source.pose()
+    for row, vertices in ((1, brain.raw.vertices), (0, brain.surface.vertices)):
+        offered[row].trigger()
+        np.testing.assert_array_equal(drawn(area.source), vertices.astype(np.float32))
+        assert area.source.pose() == before
+    offered[2].trigger()
+    smoothed = drawn(area.source)
+    assert smoothed.shape == brain.surface.vertices.shape
+    assert np.ptp(smoothed, axis=0).max() < np.ptp(brain.surface.vertices, axis=0).max()
+    middle = QPointF(area.source.canvas.rect().center() - QPoint(30, 10))
+    assert area.pointer.at(area.source, middle) is None  # it is not the surface that is registered

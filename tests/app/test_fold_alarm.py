@@ -43,6 +43,7 @@ def test_folds_are_announced_with_who_makes_them_and_each_remedy_is_one_edit(qtb
     mended = sum(half.folds_mended for half in halves)
     assert mended > 0
     assert f"{mended:,} triangle" in alarm.text
+    assert alarm.folds.culprits[0].name in alarm.text
     judgement = window.session.results.judgement
     worst = max(judgement.folds_by_landmark, key=judgement.folds_by_landmark.get)
     assert alarm.folds.culprits[0].id == worst

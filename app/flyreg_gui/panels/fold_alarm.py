@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QToolButton
 
 from flyreg_core import edits
 from flyreg_core.results import Results
@@ -56,16 +56,20 @@ class Folds:
         return cls(sum(half.folds_mended for half in halves), count_folds(results), tuple(worst))
 
     def sentence(self) -> str:
-        """Return what happened, where, and how much of it."""
+        """Return what happened and where."""
         if self.left:
             what = f"{_triangles(self.left)} of the registered surface lie upside down"
         else:
-            what = f"the spline folded {_triangles(self.mended)}, which were laid flat again"
-        named = [f"{c.name} ({c.moved} vertices)" for c in self.culprits[:NAMED]]
-        more = len(self.culprits) - len(named)
-        where = f", near {', '.join(named)}" if named else ""
-        rest = f" and {more} more" if more else ""
-        return f"{what[0].upper()}{what[1:]}{where}{rest}."
+            what = f"The spline folded {_triangles(self.mended)}, which were laid flat again"
+        names = [culprit.name for culprit in self.culprits[:NAMED]]
+        named = " and ".join((", ".join(names[:-1]), names[-1]) if names[1:] else names)
+        return f"{what}, most near {named}." if named else f"{what}."
+
+    def details(self) -> str:
+        """Return how much each culprit has to do with it."""
+        return "\n".join(
+            f"{culprit.name}: {culprit.moved:,} vertices moved" for culprit in self.culprits
+        )
 
 
 class FoldAlarm(QFrame):
@@ -86,12 +90,15 @@ class FoldAlarm(QFrame):
         self.close_button.setText("✕")
         self.close_button.setAutoRaise(True)
         self.close_button.setToolTip("Dismiss until other landmarks fold the surface")
-        layout = QHBoxLayout(self)
+        layout, buttons = QGridLayout(self), QHBoxLayout()
         layout.setContentsMargins(10, 4, 6, 4)
-        layout.addWidget(self._text, 1)
-        buttons: tuple[QWidget, ...] = (self.weaken_button, self.smooth_button, self.close_button)
-        for button in buttons:
-            layout.addWidget(button)
+        layout.addWidget(self._text, 0, 0)
+        layout.addWidget(self.close_button, 0, 1, Qt.AlignmentFlag.AlignTop)
+        layout.addLayout(buttons, 1, 0)
+        layout.setColumnStretch(0, 1)
+        buttons.addWidget(self.weaken_button)
+        buttons.addWidget(self.smooth_button)
+        buttons.addStretch(1)
         self.weaken_button.clicked.connect(self.weaken)
         self.smooth_button.clicked.connect(self.raise_smoothing)
         self.close_button.clicked.connect(self._on_dismissed)
@@ -141,6 +148,7 @@ class FoldAlarm(QFrame):
         is_new = self._culprits() != self._dismissed
         self.setVisible(is_new and bool(folds.mended or folds.left))
         self._text.setText(folds.sentence())
+        self._text.setToolTip(folds.details())
         self.weaken_button.setVisible(bool(folds.culprits))
         if folds.culprits:
             worst = folds.culprits[0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property, partial
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,9 +13,11 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from flyreg_core import edits
 from flyreg_core.edits import Role
-from flyreg_core.mesh import Floats
+from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.progress import ignore
 from flyreg_core.relief import relief_colors
 from flyreg_core.results import PreparedBrain, Results
+from flyreg_core.smooth import smooth
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.judging import STATUS_KEY, Judging
 from flyreg_gui.landmark_mode import LandmarkMode, Point, end_point
@@ -47,6 +50,11 @@ ROLES_OF_FRAMES: tuple[Role, ...] = ("source", "target", "source", "source", "so
 """Whose vertices carry the colours in each view; in the flat ones those of the moved source."""
 
 
+Stage = Literal["prepared", "as read", "smoothed"]
+STAGES: tuple[Stage, ...] = ("prepared", "as read", "smoothed")
+STAGES_TIP = "As read from the file; prepared; or smoothed until the lobes are gone, to be cut by"
+
+
 class _Look:
     """What is drawn of one prepared brain whatever the registration: its space and its colours."""
 
@@ -68,6 +76,23 @@ class _Look:
     @cached_property
     def _by_origin(self) -> Colors:
         return origin_colors(self.brain)
+
+    def shape(self, stage: Stage, role: Role, judging: Judging) -> tuple[SurfaceMesh, Colors]:
+        """Return the surface of a stage of the preparation, with its colours."""
+        if stage == "as read":
+            return self.brain.raw, self._raw_colors
+        colors = self.colors(role, judging)
+        return (self.brain.surface if stage == "prepared" else self._smoothed), colors
+
+    @cached_property
+    def _raw_colors(self) -> Colors:
+        return relief_colors(self.brain.raw, self._color)
+
+    @cached_property
+    def _smoothed(self) -> SurfaceMesh:
+        surface = self.brain.surface
+        passes = self.brain.brain.smooth
+        return surface.moved(smooth(surface.vertices, surface.faces, passes, ignore))
 
     @cached_property
     def key(self) -> list[tuple[Color, str, str]]:
@@ -96,6 +121,7 @@ class ViewArea(QWidget):
         self._blend = 0.0
         self._instead: float | None = None
         self.marker_scale, self._are_markers_shown, self._are_own_named = 1.0, True, False
+        self._stages: dict[Role, Stage] = dict.fromkeys(ROLES, "prepared")
         self.cut_bar = CutBar()
         self._make_frames()
         self._arrange()
@@ -150,6 +176,9 @@ class ViewArea(QWidget):
         self._flat_canvases = [
             frame.canvas for frame in self.frames if isinstance(frame.canvas, FlatCanvas)
         ]
+        for role, frame in zip(ROLES, self.frames[:2], strict=True):
+            frame.title.offer(STAGES, STAGES_TIP)
+            frame.title.chosen.connect(partial(self._on_stage_chosen, role))
         for frame in self.frames:
             frame.maximise_asked.connect(partial(self._on_maximise_asked, frame))
 
@@ -210,10 +239,21 @@ class ViewArea(QWidget):
     def _on_cut(self) -> None:
         """Cut the brains; those that are being trimmed stay whole."""
         for view in self.surface_views:
-            view.set_cut(None if self.is_on_other_business(view) else self.cut_bar.cut)
+            is_raw = self._trim.is_on and self._role_of(view) is not None
+            view.set_cut(None if is_raw else self.cut_bar.cut)
 
     def _on_maximise_asked(self, frame: ViewFrame) -> None:
         self.arrangement.toggle_maximised(frame)
+
+    def _on_stage_chosen(self, role: Role, number: int) -> None:
+        self._stages[role] = STAGES[number]
+        self.pointer.leave()
+        if self._session.results is not None:
+            self._show_brains(self._session.results)
+            self._show_landmarks()
+
+    def _brain_view(self, role: Role) -> SurfaceView:
+        return self.source if role == "source" else self.target
 
     def _on_judging(self) -> None:
         if self._session.results is not None:
@@ -232,8 +272,9 @@ class ViewArea(QWidget):
             self.registered.look_at(identifier)
 
     def is_on_other_business(self, view: SurfaceView | FlatView) -> bool:
-        """Tell whether a view shows a brain as read, for trimming, and not as prepared."""
-        return self._trim.is_on and view in (self.source, self.target)
+        """Tell whether a view shows a brain otherwise than as prepared."""
+        role = self._role_of(view)
+        return role is not None and (self._trim.is_on or self._stages[role] != "prepared")
 
     def close_canvases(self) -> None:
         """End VTK in each view; nothing can be drawn afterwards."""
@@ -291,8 +332,7 @@ class ViewArea(QWidget):
     def _show_brains(self, results: Results) -> None:
         source = self._look("source", results.source, SOURCE)
         target = self._look("target", results.target, TARGET)
-        mine, other = results.source.surface, results.target.surface
-        moved = results.registration.surface
+        other, moved = results.target.surface, results.registration.surface
         judging = self._judging
         mine_colors, other_colors = (
             source.colors("source", judging),
@@ -300,15 +340,18 @@ class ViewArea(QWidget):
         )
         self._show_keys()
         if not self._trim.is_on:
-            self.source.show_surface(mine, mine_colors, source.space)
-            self.target.show_surface(other, other_colors, target.space)
+            for role, look in zip(ROLES, (source, target), strict=True):
+                shape, colors = look.shape(self._stages[role], role, judging)
+                self._brain_view(role).show_surface(shape, colors, look.space)
         self.registered.show_surface(moved, mine_colors, target.space)
         self.registered.show_overlay(other, other_colors)
         for view in self.flat_views:
             view.show(results, mine_colors, other_colors)
         inputs = (results.project.source.input, results.project.target.input)
-        for frame, brain in zip(self.frames, inputs, strict=False):
-            frame.title.set_detail(short_name(brain), brain.path)
+        for role, frame, brain in zip(ROLES, self.frames[:2], inputs, strict=True):
+            stage = self._stages[role]
+            name = short_name(brain) + ("" if stage == "prepared" else f", {stage}")
+            frame.title.set_detail(name, brain.path)
         for frame in self.frames[3:]:
             frame.title.set_detail("moved source over target, seen from outside")
 
@@ -353,6 +396,9 @@ class ViewArea(QWidget):
             self.source.show_landmarks(sources, style)
             self.target.show_landmarks(targets, style)
             self._show_half_made(results)
+            for role in ROLES:
+                if self._stages[role] == "smoothed":  # they would hang in the air
+                    self._brain_view(role).clear_landmarks()
         self.registered.show_landmarks(targets, style)
         for flat in self.flat_views:
             flat.show_landmarks(landmarks, style)

@@ -5,8 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QMouseEvent, QResizeEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout
+from PySide6.QtGui import QActionGroup, QMouseEvent, QResizeEvent
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QMenu,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+)
 
 from flyreg_gui.judging import Judged
 from flyreg_gui.theme import Color, Theme, css
@@ -41,6 +49,7 @@ class TitleBar(QFrame):
     """The strip above a canvas: a colour key, the title, what is on show, the maximise button."""
 
     double_clicked = Signal()
+    chosen = Signal(int)  # which of the things that were offered
 
     def __init__(self, title: str, color: Color | None) -> None:
         super().__init__()
@@ -60,12 +69,33 @@ class TitleBar(QFrame):
             layout.addWidget(key)
         layout.addWidget(self._title)
         layout.addWidget(self._detail, 1)
+        self.choice = QToolButton()
+        self.choice.setText("▾")
+        self.choice.setAutoRaise(True)
+        self.choice.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.choice.setStyleSheet("QToolButton::menu-indicator { image: none; }")
+        self.choice.setAccessibleName(f"What to show of the {title.lower()}")
+        self.choice.hide()
+        layout.addWidget(self.choice)
         layout.addWidget(self.button)
         self.button.clicked.connect(self.double_clicked)
 
     def show_theme(self, theme: Theme) -> None:
         """Take the colours of a theme."""
         self._detail.setStyleSheet(f"color: {css(theme.faint)};")
+
+    def offer(self, texts: Sequence[str], tip: str) -> None:
+        """Let the user choose what is shown; the first is shown at first."""
+        menu, group = QMenu(self.choice), QActionGroup(self)
+        for number, text in enumerate(texts):
+            action = menu.addAction(text)
+            action.setCheckable(True)
+            action.setChecked(number == 0)
+            group.addAction(action)
+            action.triggered.connect(lambda _on, number=number: self.chosen.emit(number))
+        self.choice.setMenu(menu)
+        self.choice.setToolTip(tip)
+        self.choice.show()
 
     def set_detail(self, text: str, tip: str = "") -> None:
         """Say what is on show, beside the title; cut off where there is no room."""
