@@ -30,6 +30,7 @@ def make_parser(run: Mapping[str, Run]) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     _add_inspect(commands, run)
     _add_prepare(commands, run)
+    _add_curves(commands, run)
     _add_register(commands, run)
     _add_transform(commands, run)
     _add_distance(commands, run)
@@ -79,6 +80,17 @@ def _add_prepare(commands: Commands, run: Mapping[str, Run]) -> None:
         "Write the main brain: closed, one component, one handle.",
     )
     command.add_argument("-o", "--output", required=True, type=Path, metavar="OUT.ply")
+    _add_preparation(command)
+
+
+def _add_curves(commands: Commands, run: Mapping[str, Run]) -> None:
+    command = _add_command(
+        commands,
+        "curves",
+        run["curves"],
+        "Tell what simplifying and smoothing cost a brain's shape.",
+    )
+    command.add_argument("-o", "--output", type=Path, metavar="OUT.svg", help="draw them too")
     _add_preparation(command)
 
 
@@ -139,6 +151,13 @@ def _add_distance(commands: Commands, run: Mapping[str, Run]) -> None:
     command.add_argument("a", metavar="A")
     command.add_argument("b", metavar="B")
     command.add_argument("--unit", choices=UNITS, help="unit of both, if it is not judged right")
+    command.add_argument(
+        "--voxel-size",
+        nargs=3,
+        type=float,
+        metavar=("X", "Y", "Z"),
+        help="edges of a voxel, um: distances are told in voxels too; volumes may know their own",
+    )
 
 
 def _add_compare(commands: Commands, run: Mapping[str, Run]) -> None:

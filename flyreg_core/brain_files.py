@@ -210,6 +210,19 @@ def input_facts(brain: BrainInput) -> Mapping[str, object]:
     return {"points": len(geometry.points), "has_normals": geometry.normals is not None}
 
 
+def voxel_edge_um(brain: BrainInput) -> float | None:
+    """Return the edge of a cube as large as a voxel of a label volume; None for other inputs.
+
+    None too if the file is gone: what was read from it may outlast it.
+    """
+    if brain.kind != "label volume":
+        return None
+    try:
+        return float(np.cbrt(_header_um(brain).voxel_size.prod()))
+    except InputError:
+        return None
+
+
 def _checksum(path: Path) -> str:
     """Return the checksum of all files of a volume, without keeping them in memory."""
     digest = hashlib.sha256()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 import tempfile
 import time
@@ -18,7 +19,6 @@ from flyreg_core.brain_options import brain_of, prepared_as_told
 from flyreg_core.errors import FlyregError
 
 if TYPE_CHECKING:
-    from flyreg_core.mesh import SurfaceMesh
     from flyreg_core.progress import Report
     from flyreg_core.project import Project
     from flyreg_core.results import Results
@@ -78,6 +78,26 @@ def _prepare(arguments: argparse.Namespace) -> None:
     _print({**facts, **_cost(started)}, arguments.json)
 
 
+def _curves(arguments: argparse.Namespace) -> None:
+    from flyreg_core.brain_files import voxel_edge_um
+    from flyreg_core.distortion_curves import curves_report, draw_curves, find_curves
+    from flyreg_core.files import check_place, make_folder, write_atomically
+    from flyreg_core.pipeline import Pipeline
+    from flyreg_core.progress import within
+
+    if arguments.output is not None:
+        check_place(arguments.output)
+    brain = brain_of(arguments.brain, arguments)
+    with _Progress() as progress:
+        _, torus = Pipeline().make_torus(brain, within(progress, 0.0, 0.4))
+        edge = voxel_edge_um(brain.input)
+        curves = find_curves(torus.surface, edge, within(progress, 0.4, 1.0))
+    if arguments.output is not None:
+        make_folder(arguments.output.resolve().parent)
+        write_atomically(arguments.output, draw_curves(curves, paper="#ffffff"))
+    _print(curves_report(curves), arguments.json)
+
+
 def _register(arguments: argparse.Namespace) -> None:
     from flyreg_core.cache import open_cache
     from flyreg_core.files import check_place
@@ -99,21 +119,21 @@ def _register(arguments: argparse.Namespace) -> None:
 
 
 def _write_results(results: Results, folder: Path, started: float) -> dict[str, object]:
-    from flyreg_core.files import make_folder, write_atomically
+    from flyreg_core.cost import with_cost
+    from flyreg_core.files import make_folder
     from flyreg_core.project_file import save_project
     from flyreg_core.report import register_report, write_flat, write_registered
+    from flyreg_core.report_page import write_report
+    from flyreg_core.vertex_pairs import write_vertex_pairs
 
     make_folder(folder)
     write_registered(folder / "registered.ply", results)
     write_flat(folder / "flat.npz", results)
+    write_vertex_pairs(folder / "vertex-pairs.csv", results)
     save_project(results.project, folder / "project.flyreg")
-    cost = _cost(started)
-    seconds = {
-        "total": cost["seconds"],
-        "by_stage": {name: round(value, 3) for name, value in results.seconds.items()},
-    }
-    facts = {**register_report(results), **cost, "seconds": seconds}
-    write_atomically(folder / "report.json", json.dumps(facts, indent=2) + "\n")
+    spent = time.perf_counter() - started
+    facts = with_cost(register_report(results), spent, results.seconds)
+    write_report(folder / "report.html", "project.flyreg", results, facts)
     return facts
 
 
@@ -211,13 +231,22 @@ def _transform(arguments: argparse.Namespace) -> None:
 
 
 def _distance(arguments: argparse.Namespace) -> None:
+    from flyreg_core.brain_files import open_brain, read_brain, voxel_edge_um
     from flyreg_core.report import distance_report
     from flyreg_core.surface_distance import measure_distances
+    from flyreg_core.volume_formats import is_volume
 
-    a, b = _surface(arguments.a, arguments.unit), _surface(arguments.b, arguments.unit)
+    size, edge = arguments.voxel_size, _cube_edge(arguments.voxel_size)
+    inputs = [
+        open_brain(name, arguments.unit, size if is_volume(Path(name)) else None)
+        for name in (arguments.a, arguments.b)
+    ]
+    if edge is None:
+        edge = voxel_edge_um(inputs[1]) or voxel_edge_um(inputs[0])
+    a, b = (read_brain(brain) for brain in inputs)
     with _Progress() as progress:
         distances = measure_distances(a, b, progress)
-    _print(distance_report(distances, "a_to_b", "b_to_a"), arguments.json)
+    _print(distance_report(distances, "a_to_b", "b_to_a", edge), arguments.json)
 
 
 def _compare(arguments: argparse.Namespace) -> None:
@@ -250,10 +279,14 @@ def _compare(arguments: argparse.Namespace) -> None:
         print(as_table(facts))
 
 
-def _surface(name: str, unit: str | None) -> SurfaceMesh:
-    from flyreg_core.brain_files import open_brain, read_brain
-
-    return read_brain(open_brain(name, unit))  # type: ignore[arg-type]
+def _cube_edge(size: Sequence[float] | None) -> float | None:
+    """Return the edge of a cube as large as a voxel."""
+    if size is None:
+        return None
+    if not all(math.isfinite(edge) and edge > 0 for edge in size):
+        edges = " x ".join(f"{edge:g}" for edge in size)
+        raise FlyregError(f"a voxel has three positive edges in micrometres, not {edges}")
+    return math.prod(size) ** (1 / 3)
 
 
 class _Progress:
@@ -337,6 +370,7 @@ def _log_error() -> str:
 _COMMANDS = {
     "inspect": _inspect,
     "prepare": _prepare,
+    "curves": _curves,
     "register": _register,
     "transform": _transform,
     "distance": _distance,

@@ -12,6 +12,10 @@ from flyreg_core.mesh import Floats
 Color = tuple[int, int, int]
 Colors = NDArray[np.uint8]
 
+SOURCE: Color = (120, 160, 196)
+TARGET: Color = (216, 178, 120)
+"""Of the two brains, wherever both are shown."""
+
 
 @dataclass(frozen=True)
 class ColorMap:
@@ -59,3 +63,30 @@ def colors_of(values: Floats, low: float, high: float, color_map: ColorMap = VIR
     span = high - low
     shares = (values - low) / span if span > 0 else np.zeros_like(values)
     return color_map(shares)
+
+
+# Straight lines in Oklab (Ottosson 2020) from light grey to a dark blue and a dark brown of equal
+# lightness: apart for each kind of colour blindness, and even steps of a value look even.
+BLUE_BROWN = ColorMap(
+    "blue to brown",
+    (
+        (16, 75, 146),
+        (48, 96, 158),
+        (75, 116, 170),
+        (101, 136, 182),
+        (128, 156, 194),
+        (155, 176, 206),
+        (182, 197, 217),
+        (210, 217, 228),
+        (238, 238, 238),
+        (224, 214, 209),
+        (210, 191, 181),
+        (196, 168, 153),
+        (181, 145, 125),
+        (167, 122, 98),
+        (152, 100, 71),
+        (136, 78, 44),
+        (121, 56, 9),
+    ),
+)
+"""For quantities around 0."""

@@ -10,7 +10,7 @@ from flyreg_core.errors import LandmarkError
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.handles import Handle, HandleParameters, Point
 from flyreg_core.landmarks import HalfName, Kind, LandmarkPair, Place
-from flyreg_core.project import Brain, NeuropilFile, Project
+from flyreg_core.project import Brain, NeuropilFile, Project, Snapshot
 from flyreg_core.project import Role as Role
 from flyreg_core.trim import TrimParameters
 
@@ -200,6 +200,39 @@ def place_end(
         pair = replace(pair, kind=kind, half=half, source=None, target=None)
     placed = replace(pair, **{role: place})  # type: ignore[arg-type]
     return _replace_pair(project, identifier, **vars(placed))
+
+
+def keep_snapshot(project: Project, name: str) -> Project:
+    """Remember under a name how strongly landmarks pull now, and the smoothing."""
+    own = {pair.id: pair.weight for pair in project.pairs}
+    kept = Snapshot(project.weights, own, project.smoothing, project.muted, project.solo)
+    return replace(project, snapshots={**project.snapshots, name: kept})
+
+
+def take_snapshot(project: Project, name: str) -> Project:
+    """Go back to the weights and the smoothing of a snapshot.
+
+    The user's own pairs that came since keep their weight.
+
+    Raises
+    ------
+    LandmarkError
+        There is no snapshot of that name.
+    """
+    kept = project.snapshots.get(name)
+    if kept is None:
+        raise LandmarkError(f"nothing is kept as {name} yet; keep the weights as {name} first")
+    pairs = tuple(
+        replace(pair, weight=kept.pair_weights.get(pair.id, pair.weight)) for pair in project.pairs
+    )
+    return replace(
+        project,
+        pairs=pairs,
+        weights=kept.weights,
+        muted=kept.muted,
+        solo=kept.solo,
+        smoothing=kept.smoothing,
+    )
 
 
 def set_brain(project: Project, role: Role, brain: Brain) -> Project:

@@ -111,11 +111,9 @@ def draw_surface(
     """
     placed = _placed(surface.vertices, view, size, samples)
     normals = surface.vertex_normals @ view.axes.T
-    canvas = _canvas(size, samples)
-    painted = _painted(colors, len(placed))
     light = np.array(LIGHT) / np.linalg.norm(LIGHT)
-    _draw(placed, surface.faces, painted, normals, light, ambient, *canvas)
-    return _finished(canvas[0], samples)
+    painted = _painted(colors, len(placed))
+    return _drawn(placed, surface.faces, painted, normals, light, ambient, size, samples)
 
 
 def draw_flat(
@@ -138,11 +136,9 @@ def draw_flat(
     scale = MARGIN * max(extent[0] / size[0], extent[1] / size[1])
     points = np.column_stack([plane, np.zeros(len(plane))])
     placed = _placed(points, View(np.eye(3), np.zeros(3), scale), size, samples)
-    canvas = _canvas(size, samples)
     straight = np.tile([0.0, 0.0, 1.0], (len(plane), 1))
     painted = _painted(colors, len(plane))
-    _draw(placed, faces, painted, straight, np.array([0.0, 0.0, 1.0]), 1.0, *canvas)
-    return _finished(canvas[0], samples)
+    return _drawn(placed, faces, painted, straight, straight[0], 1.0, size, samples)
 
 
 def blended(pictures: Sequence[Picture], shares: Sequence[float]) -> Picture:
@@ -166,6 +162,13 @@ def on_background(picture: Picture, color: Color = WHITE) -> Picture:
     return np.asarray(np.round(mixed), dtype=np.uint8)
 
 
+def webp_bytes(picture: Picture) -> bytes:
+    """Return a small WebP file of a picture; colours may be off by a few parts of 255."""
+    content = io.BytesIO()
+    Image.fromarray(picture).save(content, "WEBP", quality=90, method=2)
+    return content.getvalue()
+
+
 def png_bytes(picture: Picture) -> bytes:
     """Return the PNG file of a picture of (height, width, 3 or 4) bytes."""
     content = io.BytesIO()
@@ -181,73 +184,104 @@ def _placed(points: Floats, view: View, size: tuple[int, int], samples: int) -> 
     return np.asarray(along * samples)
 
 
-def _canvas(size: tuple[int, int], samples: int) -> tuple[Floats, Floats]:
-    """Return a canvas of colours with opacity, and how near each of its samples is."""
-    shape = size[1] * samples, size[0] * samples
-    return np.zeros((*shape, 4)), np.full(shape, -np.inf)
-
-
 def _painted(colors: Colors | Color, count: int) -> Floats:
     return np.array(np.broadcast_to(np.asarray(colors, dtype=float), (count, 3)))
 
 
-def _finished(canvas: Floats, samples: int) -> Picture:
-    """Return the canvas with each pixel the mean of its samples."""
-    height, width = canvas.shape[0] // samples, canvas.shape[1] // samples
-    pixels = canvas.reshape(height, samples, width, samples, 4).mean(axis=(1, 3))
-    pixels[..., :3] /= np.maximum(pixels[..., 3:], 1e-9)  # the colour of what is covered
-    pixels[..., 3] *= 255
-    return np.asarray(np.round(np.clip(pixels, 0, 255)), dtype=np.uint8)
-
-
-@njit(nogil=True, cache=True)
-def _draw(
+def _drawn(
     placed: Floats,
     faces: Integers,
     colors: Floats,
     normals: Floats,
     light: Floats,
     ambient: float,
-    canvas: Floats,
-    nearness: Floats,
-) -> None:
-    """Draw triangles into a canvas where nothing nearer is, lit from both sides of a face.
+    size: tuple[int, int],
+    samples: int,
+) -> Picture:
+    shown = np.full((size[1] * samples, size[0] * samples), -1, dtype=np.int32)
+    _find_nearest_faces(placed, faces, shown)
+    picture = np.zeros((size[1], size[0], 4), dtype=np.uint8)
+    _shade(placed, faces, colors, normals, light, ambient, shown, samples, picture)
+    return picture
 
-    A sample belongs to a triangle if its middle does; normals are those of the vertices in between,
-    turned to the viewer if the face shows its back.
-    """
-    height, width = nearness.shape
+
+@njit(nogil=True, cache=True)
+def _find_nearest_faces(placed: Floats, faces: Integers, shown: NDArray[np.int32]) -> None:
+    """Fill in for each sample the face nearest to the viewer that has its middle; -1 is none."""
+    height, width = shown.shape
+    nearness = np.full(shown.shape, -np.inf)
     for number in range(len(faces)):
         a, b, c = faces[number]
-        ax, ay, bx, by = placed[a, 0], placed[a, 1], placed[b, 0], placed[b, 1]
-        cx, cy = placed[c, 0], placed[c, 1]
+        ax, ay, az = placed[a, 0], placed[a, 1], placed[a, 2]
+        bx, by, bz = placed[b, 0], placed[b, 1], placed[b, 2]
+        cx, cy, cz = placed[c, 0], placed[c, 1], placed[c, 2]
         area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        if area == 0:
-            continue
-        facing = -1.0 if area > 0 else 1.0  # pictures count downwards
-        left, right = max(int(min(ax, bx, cx)), 0), min(int(max(ax, bx, cx)) + 1, width)
-        top, bottom = max(int(min(ay, by, cy)), 0), min(int(max(ay, by, cy)) + 1, height)
-        for row in range(top, bottom):
+        left, right = max(min(ax, bx, cx) - 0.5, 0.0), min(max(ax, bx, cx), width + 0.0)
+        top, bottom = max(min(ay, by, cy) - 0.5, 0.0), min(max(ay, by, cy), height + 0.0)
+        if area == 0 or left > right or top > bottom:
+            continue  # seen from its edge, or not at all
+        share = 1.0 / area
+        for row in range(int(top), int(bottom + 0.5)):
             y = row + 0.5
-            for column in range(left, right):
+            for column in range(int(left), int(right + 0.5)):
                 x = column + 0.5
-                u = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / area
-                v = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / area
+                u = ((bx - x) * (cy - y) - (by - y) * (cx - x)) * share
+                v = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) * share
                 w = 1.0 - u - v
                 if u < -CRACK or v < -CRACK or w < -CRACK:
                     continue
-                near = u * placed[a, 2] + v * placed[b, 2] + w * placed[c, 2]
-                if near <= nearness[row, column]:
+                near = u * az + v * bz + w * cz
+                if near > nearness[row, column]:
+                    nearness[row, column] = near
+                    shown[row, column] = number
+
+
+@njit(nogil=True, cache=True)
+def _shade(
+    placed: Floats,
+    faces: Integers,
+    colors: Floats,
+    normals: Floats,
+    light: Floats,
+    ambient: float,
+    shown: NDArray[np.int32],
+    samples: int,
+    picture: Picture,
+) -> None:
+    """Fill in the mean colour of each pixel's samples, and the share of them that show a face.
+
+    Normals are those of the vertices in between, turned to the viewer if the face shows its back.
+    """
+    mean = np.zeros(3)
+    for row in range(picture.shape[0]):
+        for column in range(picture.shape[1]):
+            count = 0
+            mean[:] = 0.0
+            for part in range(samples * samples):
+                y, x = row * samples + part // samples, column * samples + part % samples
+                if shown[y, x] < 0:
                     continue
-                nearness[row, column] = near
-                shine, length = 0.0, 0.0
+                a, b, c = faces[shown[y, x]]
+                ax, ay = placed[a, 0] - x - 0.5, placed[a, 1] - y - 0.5
+                bx, by = placed[b, 0] - x - 0.5, placed[b, 1] - y - 0.5
+                cx, cy = placed[c, 0] - x - 0.5, placed[c, 1] - y - 0.5
+                u, v, w = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
+                area = u + v + w
+                u, v, w = u / area, v / area, w / area
+                shine = length = 0.0
                 for i in range(3):
                     along = u * normals[a, i] + v * normals[b, i] + w * normals[c, i]
                     shine += along * light[i]
                     length += along * along
-                lit = max(facing * shine / np.sqrt(length), 0.0) if length > 0 else 0.0
+                if area > 0:  # pictures count downwards: this is the back
+                    shine = -shine
+                lit = max(shine, 0.0) / np.sqrt(length) if length > 0 else 0.0
                 brightness = ambient + (1.0 - ambient) * lit
                 for i in range(3):
                     color = u * colors[a, i] + v * colors[b, i] + w * colors[c, i]
-                    canvas[row, column, i] = brightness * color
-                canvas[row, column, 3] = 1.0
+                    mean[i] += brightness * color
+                count += 1
+            if count > 0:
+                for i in range(3):
+                    picture[row, column, i] = int(min(mean[i] / count + 0.5, 255.0))
+                picture[row, column, 3] = int(255.0 * count / (samples * samples) + 0.5)

@@ -69,6 +69,20 @@ class NeuropilFile:
 
 
 @dataclass(frozen=True)
+class Snapshot:
+    """Weights and smoothing as they once were, to go back to or to compare with."""
+
+    weights: Mapping[str, float]  # of boundary pairs, by id; default 1
+    pair_weights: Mapping[str, float]  # of the user's own pairs, by id
+    smoothing: float
+    muted: tuple[str, ...] = ()
+    solo: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check_strengths({**self.weights, **self.pair_weights}, self.smoothing)
+
+
+@dataclass(frozen=True)
 class Project:
     """Everything that decides a registration. Compared by value; undo is the previous project."""
 
@@ -87,20 +101,23 @@ class Project:
     smoothing: float = 1e-2  # lambda of the spline
     neuropils: tuple[NeuropilFile, ...] = ()  # regions near which landmarks are weighted together
     view: Mapping[str, object] = field(default_factory=dict)  # what the window restores
+    snapshots: Mapping[str, Snapshot] = field(default_factory=dict)  # by name: "A", "B"
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.smoothing) and self.smoothing >= 0):
-            raise LandmarkError(
-                f"the smoothing must be 0 or a positive number, not {self.smoothing}"
-            )
-        for identifier, weight in self.weights.items():
-            if not (math.isfinite(weight) and weight >= 0):
-                raise LandmarkError(
-                    f"the weight of landmark {identifier} must be 0 or a positive number, not {weight}"
-                )
+        _check_strengths(self.weights, self.smoothing)
 
     def is_muted(self, identifier: str) -> bool:
         """Tell whether a pair keeps its weight but does not pull: muted, or others play solo."""
         if self.solo:
             return identifier not in self.solo and identifier not in CORNERS
         return identifier in self.muted
+
+
+def _check_strengths(weights: Mapping[str, float], smoothing: float) -> None:
+    if not (math.isfinite(smoothing) and smoothing >= 0):
+        raise LandmarkError(f"the smoothing must be 0 or a positive number, not {smoothing}")
+    for identifier, weight in weights.items():
+        if not (math.isfinite(weight) and weight >= 0):
+            raise LandmarkError(
+                f"the weight of landmark {identifier} must be 0 or a positive number, not {weight}"
+            )

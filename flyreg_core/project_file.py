@@ -23,7 +23,7 @@ FORMAT = 4
 UPGRADES: Mapping[int, Callable[[dict[str, Any]], dict[str, Any]]] = {
     1: dict,  # format 2 adds what kind of input a brain is; without it, it is a surface
     2: dict,  # format 3 adds pairing by shape; what a project says about pairing stays
-    3: dict,  # format 4 adds mute, solo, colours of landmarks and neuropils; none before
+    3: dict,  # format 4 adds mute, solo, colours, neuropils and snapshots; none before
 }
 """For each older format, what turns the content of a file of it into that of the next format."""
 
@@ -31,8 +31,15 @@ RELATIVE_PATH = "relative_path"
 """Where a brain's file lies as seen from the project file, so that both can be moved together."""
 
 
-def save_project(project: Project, path: Path) -> None:
+def save_project(
+    project: Project, path: Path, notes: Mapping[str, str | None] | None = None
+) -> None:
     """Write a project, whole or not at all; equal projects give equal files.
+
+    Parameters
+    ----------
+    notes : mapping from str to str or None, optional
+        What a program says beside the project, for `read_notes`; `load_project` passes over it.
 
     Raises
     ------
@@ -41,10 +48,12 @@ def save_project(project: Project, path: Path) -> None:
     ProjectError
         Something in it has no place in JSON, such as an infinite number.
     """
-    content = {
+    content: dict[str, Any] = {
         "flyreg": {"format": FORMAT, "program": program_version()},
         "project": _encode(project, path.resolve().parent),
     }
+    if notes is not None:
+        content["notes"] = dict(notes)
     try:
         text = json.dumps(content, sort_keys=True, indent=2, ensure_ascii=False, allow_nan=False)
     except (TypeError, ValueError) as error:
@@ -77,6 +86,25 @@ def load_project(path: Path) -> Project:
         return _named_once(project)
     except FlyregError as error:
         raise type(error)(f"{path} cannot be used: {error}") from error
+
+
+def read_notes(path: Path) -> dict[str, str | None]:
+    """Return what a program said beside the project when it saved it; nothing if it said nothing.
+
+    Raises
+    ------
+    InputError, ProjectError
+        The file is missing, empty or damaged.
+    """
+    try:
+        content = json.loads(read_text(path))
+    except (ValueError, RecursionError) as error:
+        raise ProjectError(f"{path} is damaged ({error}); open a copy of it") from error
+    notes = content.get("notes") if isinstance(content, dict) else None
+    notes = notes if isinstance(notes, dict) else {}
+    return {
+        str(key): value for key, value in notes.items() if value is None or isinstance(value, str)
+    }
 
 
 def _upgraded(content: Any, path: Path) -> dict[str, Any]:

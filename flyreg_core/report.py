@@ -7,6 +7,7 @@ import math
 import platform
 import sys
 from collections.abc import Mapping
+from dataclasses import asdict
 from importlib import metadata
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import numpy as np
 
 from flyreg_core import topology
 from flyreg_core.alignment import Alignment
-from flyreg_core.brain_files import input_facts, write_mesh
+from flyreg_core.brain_files import input_facts, voxel_edge_um, write_mesh
 from flyreg_core.files import write_atomically
 from flyreg_core.frame import BrainFrame
 from flyreg_core.handles import Handle
@@ -23,10 +24,15 @@ from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import orientations, signed_areas
 from flyreg_core.progress import Report
-from flyreg_core.project import BrainInput
+from flyreg_core.project import BrainInput, Project
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_core.simplify import Simplified
-from flyreg_core.surface_distance import Distances, DistanceSummary, distances_to_surface
+from flyreg_core.surface_distance import (
+    PERCENTILES,
+    Distances,
+    DistanceSummary,
+    distances_to_surface,
+)
 from flyreg_core.torus import ORIGINS, Torus
 
 LIBRARIES = ("flyreg", "numpy", "scipy", "numba", "libigl", "manifold3d", "trimesh")
@@ -159,11 +165,16 @@ def register_report(results: Results) -> Facts:
         "landmark_list": _landmarks(results),
         "folds_by_landmark": dict(judgement.folds_by_landmark) if judgement else None,
         "there_and_back_um": _there_and_back(judgement),
+        "displacement_beyond_affine": _displacement(results),
         "smoothing": project.smoothing,
         "smoothing_by_cross_validation": _cross_validation(judgement),
         "pairing": project.boundary.pairing,
+        "parameters": _parameters(project),
         "warnings": list(results.warnings),
-        "distance": distance_report(results.distances, "source_to_target", "target_to_source")
+        "distance": distance_report(
+            *(results.distances, "source_to_target", "target_to_source"),
+            voxel_edge_um(project.target.input),
+        )
         if results.distances
         else None,
         "versions": versions(),
@@ -179,6 +190,25 @@ def _there_and_back(judgement: Judgement | None) -> Facts | None:
         "mean": float(away.mean()),
         "p95": float(np.percentile(away, 95)),
         "max": float(away.max()),
+    }
+
+
+def _displacement(results: Results) -> Facts:
+    """Return how far registration took vertices from where the affine alignment had put them."""
+    moved = results.beyond_alignment_um
+    shares = {f"p{share}_um": float(np.percentile(moved, share)) for share in PERCENTILES}
+    return {"mean_um": float(moved.mean()), **shares, "max_um": float(moved.max())}
+
+
+def _parameters(project: Project) -> Facts:
+    """Return all that the user can set, but for inputs and landmarks, as the project has it."""
+    brains = {"source": project.source, "target": project.target}
+    return {
+        **{
+            role: {name: value for name, value in asdict(brain).items() if name != "input"}
+            for role, brain in brains.items()
+        },
+        "boundary": asdict(project.boundary),
     }
 
 
@@ -286,22 +316,39 @@ def write_flat(path: Path, results: Results) -> None:
     write_atomically(path, content.getvalue())
 
 
-def distance_report(distances: Distances, first: str, second: str) -> Facts:
-    """Return distances both ways under the names of the two directions."""
+def distance_report(
+    distances: Distances, first: str, second: str, voxel_edge_um: float | None = None
+) -> Facts:
+    """Return distances both ways under the names of the two directions.
+
+    Where a voxel's size is known, also in edges of a cube as large as a voxel.
+    """
+    shared = distances.diagonal_um, voxel_edge_um
     return {
         "diagonal_um": distances.diagonal_um,
-        first: _summary(distances.a_to_b, distances.diagonal_um),
-        second: _summary(distances.b_to_a, distances.diagonal_um),
+        "voxel_edge_um": voxel_edge_um,
+        "samples": distances.samples,
+        first: _summary(distances.a_to_b, *shared),
+        second: _summary(distances.b_to_a, *shared),
     }
 
 
-def _summary(summary: DistanceSummary, diagonal_um: float) -> Facts:
-    return {
-        "mean_um": summary.mean_um,
-        "rms_um": summary.rms_um,
-        "hausdorff_um": summary.hausdorff_um,
-        "mean_share_of_diagonal": summary.mean_um / diagonal_um,
+def _summary(summary: DistanceSummary, diagonal_um: float, voxel_edge_um: float | None) -> Facts:
+    lengths = {
+        "mean": summary.mean_um,
+        "rms": summary.rms_um,
+        "hausdorff": summary.hausdorff_um,
+        **{
+            f"p{percent}": value
+            for percent, value in zip(PERCENTILES, summary.percentiles_um, strict=True)
+        },
+        "standard_error": summary.standard_error_um,
     }
+    facts: Facts = {f"{name}_um": value for name, value in lengths.items()}
+    facts |= {f"{name}_share_of_diagonal": value / diagonal_um for name, value in lengths.items()}
+    if voxel_edge_um is not None:
+        facts |= {f"{name}_voxels": value / voxel_edge_um for name, value in lengths.items()}
+    return facts
 
 
 def versions() -> Mapping[str, str]:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
 
 from flyreg_core.alignment import Alignment
 from flyreg_core.caps import Cap
@@ -13,7 +16,7 @@ from flyreg_core.halves import FlatHalf
 from flyreg_core.judgement import Judgement
 from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair
 from flyreg_core.lift import Registration
-from flyreg_core.mesh import SurfaceMesh
+from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.project import Brain, Project
 from flyreg_core.shape_map import ShapeMap
 from flyreg_core.simplify import Simplified
@@ -87,6 +90,12 @@ class Results:
     judgement: Judgement | None  # None: not measured
     warnings: tuple[str, ...]
     seconds: Mapping[str, float]  # by stage, 0 where the last result was still good
+
+    @cached_property
+    def beyond_alignment_um(self) -> Floats:
+        """(n,) how far registration took vertices from where the affine alignment had put them."""
+        aligned = self.alignment.to_target(self.source.surface.vertices)
+        return np.asarray(np.linalg.norm(self.registration.surface.vertices - aligned, axis=1))
 
 
 def find_warnings(

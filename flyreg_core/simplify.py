@@ -59,9 +59,7 @@ def simplify(surface: SurfaceMesh, parameters: SimplifyParameters, report: Repor
         raise MeshError(
             f"{wanted} vertices cannot describe a brain; keep at least {FEWEST_VERTICES}"
         )
-    solid = manifold3d.Manifold(
-        manifold3d.Mesh64(np.array(surface.vertices), surface.faces.astype(np.uint64))
-    )
+    solid = _solid(surface)
     low, high = 0.0, surface.diagonal / 20
     for trial in range(TRIALS):
         report(trial / TRIALS, "simplifying the surface")
@@ -70,8 +68,7 @@ def simplify(surface: SurfaceMesh, parameters: SimplifyParameters, report: Repor
             high = middle
         else:
             low = middle
-    result = solid.simplify(high).to_mesh64()
-    coarse = SurfaceMesh(np.array(result.vert_properties)[:, :3], np.array(result.tri_verts))
+    coarse = _surface(solid.simplify(high))
     if len(coarse.vertices) > wanted:
         raise MeshError(
             f"the surface cannot be simplified to {wanted} vertices without losing its shape; "
@@ -85,6 +82,22 @@ def simplify(surface: SurfaceMesh, parameters: SimplifyParameters, report: Repor
         float(coarse.face_areas.sum() / surface.face_areas.sum()),
         _warnings(len(surface.vertices), wanted),
     )
+
+
+def coarser(surface: SurfaceMesh, tolerance_um: float) -> SurfaceMesh:
+    """Return a closed surface with edges collapsed while no vertex moves by more than a tolerance."""
+    return _surface(_solid(surface).simplify(tolerance_um))
+
+
+def _solid(surface: SurfaceMesh) -> manifold3d.Manifold:
+    return manifold3d.Manifold(
+        manifold3d.Mesh64(np.array(surface.vertices), surface.faces.astype(np.uint64))
+    )
+
+
+def _surface(solid: manifold3d.Manifold) -> SurfaceMesh:
+    mesh = solid.to_mesh64()
+    return SurfaceMesh(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts))
 
 
 def _warnings(before: int, wanted: int) -> tuple[str, ...]:

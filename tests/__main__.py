@@ -15,6 +15,9 @@ import environment
 import programs
 import system_packages
 
+ON_ALL_CORES = ["-n", "auto", "--dist", "loadgroup"]
+"""How all tests are run; a few run in one process, which shows what they print."""
+
 
 def main(arguments: list[str]) -> int:
     """Run pytest with the given arguments; return its exit status."""
@@ -23,7 +26,7 @@ def main(arguments: list[str]) -> int:
     python = environment.set_up("test").program("python")
     with environment.private_display() as variables:
         return programs.run(
-            [python, "-m", "pytest", *arguments],
+            [python, "-m", "pytest", *(arguments or ON_ALL_CORES)],
             variables,
             folder=environment.CHECKOUT,
             interactive=True,

@@ -17,6 +17,10 @@ if not HAS_DISPLAY:  # widgets without 3D views can be tested nevertheless
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep windows on one core: two that were active at once would take each other's keys."""
+    for item in items:
+        place = item.path.parent.name
+        item.add_marker(pytest.mark.xdist_group("windows" if place == "app" else item.path.name))
     if HAS_DISPLAY and os.environ.get("QT_QPA_PLATFORM") != "offscreen":
         return
     skip = pytest.mark.skip(reason="needs a display for 3D views; `python3 tests` provides one")

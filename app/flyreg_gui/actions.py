@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu
 
+from flyreg_gui.help_window import MOUSE_AND_KEYS
+
 if TYPE_CHECKING:
     from flyreg_gui.main_window import MainWindow
 
@@ -26,12 +28,22 @@ class ActionSpec:
     do: Callable[[MainWindow], object] | Callable[[MainWindow, bool], object]
     tip: str = ""
     is_on: bool | None = None  # None: not a switch
-    needs: str = ""  # "project", "brains", "results" or "current": greyed out without
+    needs: str = (
+        ""  # "project", "brains", "results", "current", "measured", "snapshots": grey without
+    )
 
 
 SPECS = (
     ActionSpec(
         "open_brains", "File", "Open &brains…", ("Ctrl+N",), lambda w: w.files.open_brains()
+    ),
+    ActionSpec(
+        "templates",
+        "File",
+        "Open &templates…",
+        ("Ctrl+Shift+N",),
+        lambda w: w.files.open_templates(),
+        "Choose among the template brains of flybrains by their pictures",
     ),
     ActionSpec(
         "open_project", "File", "&Open project…", ("Ctrl+O",), lambda w: w.files.open_project()
@@ -57,7 +69,73 @@ SPECS = (
         needs="current",
     ),
     ActionSpec(
-        "screenshot", "File", "Save a &picture…", ("Alt+S",), lambda w: w.files.save_picture()
+        "report",
+        "File",
+        "Save &report…",
+        (),
+        lambda w: w.reports.save(),
+        "Write a web page with pictures and all figures, and the project that repeats it",
+        needs="measured",
+    ),
+    ActionSpec(
+        "export_vertex_pairs",
+        "File",
+        "Export &vertex pairs for navis…",
+        (),
+        lambda w: w.taking_away.export_vertex_pairs(),
+        "Write where 1,000 vertices of the source go, for navis.transforms.TPStransform",
+        needs="current",
+    ),
+    ActionSpec(
+        "carry_points",
+        "File",
+        "&Carry points to the target…",
+        (),
+        lambda w: w.taking_away.carry_points(),
+        "Read points near the source's surface and write them on the target",
+        needs="current",
+    ),
+    ActionSpec(
+        "carry_points_back",
+        "File",
+        "Carry points &back to the source…",
+        (),
+        lambda w: w.taking_away.carry_points(is_inverse=True),
+        "Read points near the target's surface and write them on the source",
+        needs="current",
+    ),
+    ActionSpec(
+        "screenshot",
+        "Pictures",
+        "Of the &window…",
+        ("Alt+S",),
+        lambda w: w.pictures.save_window(),
+    ),
+    ActionSpec(
+        "picture_of_views",
+        "Pictures",
+        "Of &all views…",
+        (),
+        lambda w: w.pictures.save_all_views(),
+        needs="results",
+    ),
+    ActionSpec(
+        "picture_of_view",
+        "Pictures",
+        "Of the &current view…",
+        ("Alt+Shift+S",),
+        lambda w: w.pictures.save_view(),
+        "The view that was clicked last",
+        needs="results",
+    ),
+    ActionSpec(
+        "turn",
+        "Pictures",
+        "&Turning once…",
+        (),
+        lambda w: w.pictures.save_turn(),
+        "An animated GIF, or a folder of pictures",
+        needs="results",
     ),
     ActionSpec("quit", "File", "&Quit", ("Ctrl+Q",), lambda w: w.close()),
     ActionSpec(
@@ -78,13 +156,29 @@ SPECS = (
         "Removes landmarks of your own; sets those on the boundary to weight 0",
         needs="results",
     ),
+    *(
+        ActionSpec(
+            f"{verb}_{name}",
+            "Edit",
+            text.format(name),
+            (f"Ctrl+{modifier}+{name}",),
+            lambda w, verb=verb, name=name: getattr(w.blink, verb)(name),
+            tip.format(name),
+            needs=needs.format(name),
+        )
+        for verb, text, modifier, tip, needs in (
+            ("keep", "Keep as {}", "Shift", "Remember weights and λ as {}", "results"),
+            ("take", "Take {}", "Alt", "Go back to the weights and λ of {}", "snapshot {}"),
+        )
+        for name in ("A", "B")
+    ),
     ActionSpec(
         "landmark_mode",
         "Landmarks",
         "&Landmark mode",
         ("Space",),
         lambda w, on: w.mode.set_on(on),
-        "Click a place on the source and the same place on the target to make a landmark (Space)",
+        "Click a place on the source and the same place on the target to make a landmark",
         is_on=False,
         needs="results",
     ),
@@ -184,7 +278,7 @@ SPECS = (
         "&Drill a channel",
         ("D",),
         lambda w, on: w.drill.set_on(on),
-        "Click where the oesophagus opens at the front of a brain, then at its back (D)",
+        "Click where the oesophagus opens at the front of a brain, then at its back",
         is_on=False,
         needs="brains",
     ),
@@ -194,9 +288,34 @@ SPECS = (
         "Adjust &trimming and cut",
         ("P",),
         lambda w, on: w.trim.set_on(on),
-        "Drag the planes that cut the optic lobes off, and the cut between the halves (P)",
+        "Drag the planes that cut the optic lobes off, and the cut between the halves",
         is_on=False,
         needs="brains",
+    ),
+    ActionSpec(
+        "copy_command",
+        "Edit",
+        "Copy as &command line",
+        ("Ctrl+Shift+C",),
+        lambda w: w.files.copy_command(),
+        "The flyreg command that repeats this registration; saves the project first",
+        needs="project",
+    ),
+    ActionSpec(
+        "copy_python",
+        "Edit",
+        "Copy as P&ython",
+        ("Ctrl+Alt+C",),
+        lambda w: w.files.copy_python(),
+        "A program that repeats this registration, to the last digit",
+        needs="project",
+    ),
+    ActionSpec(
+        "preferences",
+        "Edit",
+        "Pre&ferences…",
+        ("Ctrl+,",),
+        lambda w: w.show_preferences(),
     ),
     ActionSpec(
         "tunnels",
@@ -204,7 +323,7 @@ SPECS = (
         "Show &tunnels",
         ("T",),
         lambda w, on: w.tunnels.set_on(on),
-        "Show the tunnels through the brains, and say which one is the oesophagus (T)",
+        "Show the tunnels through the brains, and say which one is the oesophagus",
         is_on=False,
         needs="brains",
     ),
@@ -213,10 +332,20 @@ SPECS = (
         "View",
         "Where the surface &comes from",
         ("O",),
-        lambda w, on: w.view_area.set_by_origin(on),
-        "Show in colours what was filled, drilled, trimmed or bridged (O)",
+        lambda w, on: w.judging.show_origins(on),
+        "Show in colours what was filled, drilled, trimmed or bridged",
         is_on=False,
         needs="results",
+    ),
+    ActionSpec(
+        "blink",
+        "View",
+        "&Blink A / B",
+        ("B",),
+        lambda w, on: w.blink.set_on(on),
+        "Show the registration with the weights and λ of A and of B in turn",
+        is_on=False,
+        needs="snapshots",
     ),
     ActionSpec(
         "link",
@@ -224,7 +353,7 @@ SPECS = (
         "&Link cameras",
         ("Ctrl+L",),
         lambda w, on: w.view_area.link.set_on(on),
-        "Turn all three brains together (Ctrl+L)",
+        "Turn all three brains together",
         is_on=True,
     ),
     ActionSpec(
@@ -233,11 +362,141 @@ SPECS = (
         "&Reset views",
         ("R",),
         lambda w: w.view_area.go_home(),
-        "Show everything as at first: the brains from the front (R)",
+        "Show everything as at first: the brains from the front",
         needs="brains",
     ),
-    ActionSpec("shortcuts", "Help", "Mouse and &keys", ("F1",), lambda w: w.show_shortcuts()),
-    ActionSpec("method", "Help", "About the &method", (), lambda w: w.show_method()),
+    *(
+        ActionSpec(
+            f"from_{side}",
+            "Look from",
+            text,
+            (key,),
+            lambda w, side=side: w.view_commands.look_from(side),
+            f"See the whole brains {tip}",
+            needs="brains",
+        )
+        for key, side, text, tip in (
+            ("1", "front", "The &front", "from the front"),
+            ("2", "back", "The &back", "from behind"),
+            ("3", "left", "The animal's &left", "from the animal's left"),
+            ("4", "right", "The animal's &right", "from the animal's right"),
+            ("5", "top", "The &top", "from above, anterior up"),
+            ("6", "bottom", "The b&ottom", "from below, anterior up"),
+        )
+    ),
+    ActionSpec(
+        "rotation_only",
+        "View",
+        "Link rot&ation only",
+        (),
+        lambda w, on: w.view_area.link.set_rotation_only(on),
+        "Linked cameras turn together, but each brain is moved and enlarged by itself",
+        is_on=False,
+    ),
+    ActionSpec(
+        "give_view",
+        "View",
+        "Others as the one under the &mouse",
+        ("Q",),
+        lambda w: w.view_commands.give_view(),
+        "See all brains as the one under the mouse",
+        needs="brains",
+    ),
+    ActionSpec(
+        "take_view",
+        "View",
+        "The one under the mouse as the sourc&e",
+        ("W",),
+        lambda w: w.view_commands.take_view(),
+        "See the brain under the mouse as the source, or the source as the target",
+        needs="brains",
+    ),
+    ActionSpec(
+        "focus",
+        "View",
+        "&Focus under the mouse",
+        ("F",),
+        lambda w: w.view_commands.focus(),
+        "Bring what is under the mouse to the middle and turn around it",
+        needs="results",
+    ),
+    ActionSpec(
+        "fly",
+        "View",
+        "&Go to the selected landmark",
+        ("G",),
+        lambda w: w.view_commands.fly_to_selected(),
+        "Turn the brains so that the selected landmark faces you",
+        needs="results",
+    ),
+    ActionSpec(
+        "blink_target",
+        "View",
+        "Bl&ink registered and target",
+        ("J",),
+        lambda w, on: w.view_commands.set_blinking(on),
+        "Show the registered source and the target in turn",
+        is_on=False,
+        needs="results",
+    ),
+    ActionSpec(
+        "cut_through",
+        "View",
+        "&Cut through the brains",
+        ("K",),
+        lambda w, on: w.view_area.cut_bar.set_on(on),
+        "Cut all brains at corresponding places and look inside",
+        is_on=False,
+        needs="results",
+    ),
+    ActionSpec(
+        "markers",
+        "View",
+        "Show lan&dmarks",
+        ("V",),
+        lambda w, on: w.view_area.set_markers_shown(on),
+        "Show or hide landmarks",
+        is_on=True,
+    ),
+    ActionSpec(
+        "own_names",
+        "View",
+        "&Names of your landmarks",
+        ("N",),
+        lambda w, on: w.view_area.set_own_named(on),
+        "Write the names of landmarks of your own beside them",
+        is_on=False,
+    ),
+    *(
+        ActionSpec(
+            name,
+            "View",
+            text,
+            keys,
+            lambda w, direction=direction: w.view_commands.resize_markers(direction),
+            f"Draw landmarks {tip}",
+        )
+        for name, text, keys, direction, tip in (
+            ("larger_markers", "Lar&ger landmarks", ("+", "="), 1, "larger"),
+            ("smaller_markers", "&Smaller landmarks", ("-",), -1, "smaller"),
+        )
+    ),
+    ActionSpec(
+        "dark",
+        "View",
+        "&Dark or light",
+        ("Ctrl+Shift+T",),
+        lambda w: w.toggle_dark(),
+        "Turn the window dark, or light again",
+    ),
+    ActionSpec("help", "Help", "&Help pages", ("Shift+F1",), lambda w: w.show_help("Brains")),
+    ActionSpec(
+        "shortcuts", "Help", "Mouse and &keys", ("F1",), lambda w: w.show_help(MOUSE_AND_KEYS)
+    ),
+    ActionSpec(
+        "method", "Help", "About the &method", (), lambda w: w.show_help("About the method")
+    ),
+    ActionSpec("tour", "Help", "&Tour of the window", (), lambda w: w.tour.start()),
 )
 
 

@@ -18,6 +18,8 @@ from flyreg_gui.failures import ExceptionCatcher, sentence_for
 from flyreg_gui.files import demo_project
 from flyreg_gui.main import INPUT_ERROR, INTERNAL_ERROR, Request
 from flyreg_gui.main_window import MainWindow
+from flyreg_gui.preferences import Preferences
+from flyreg_gui.theme import set_scheme
 
 SCREENSHOT_SIZE = (1600, 1000)
 SETTLE_MS = 300
@@ -39,6 +41,7 @@ def run(request: Request) -> int:
         project, problem = None, sentence_for(error)
     else:
         problem = ""
+    set_scheme(Preferences().scheme)
     window = MainWindow(Pipeline(open_cache()))
     catcher = ExceptionCatcher(window)
     catcher.caught.connect(window.show_problem)
@@ -51,6 +54,9 @@ def run(request: Request) -> int:
         if request.screenshot is not None:
             return Photographer(window, request.screenshot).run(application)
         window.show()
+        window.recovery.look()
+        if not window.preferences.has_toured:
+            QTimer.singleShot(SETTLE_MS, window.tour.start)
         return application.exec()
     finally:
         sys.excepthook = previous_hook

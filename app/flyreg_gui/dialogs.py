@@ -5,7 +5,6 @@ from __future__ import annotations
 from enum import Enum, auto
 from pathlib import Path
 
-from flyreg_resources import read_help
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QComboBox,
@@ -17,8 +16,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QMessageBox,
     QPushButton,
-    QTextBrowser,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -218,24 +215,6 @@ def ask_about_changes(parent: QWidget, changes: list[str]) -> Answer:
     box.setDefaultButton(buttons.Save)
     chosen = buttons(box.exec())
     return {buttons.Save: Answer.SAVE, buttons.Discard: Answer.DISCARD}.get(chosen, Answer.CANCEL)
-
-
-class HelpWindow(QDialog):
-    """A help text beside the work: it does not have to be closed first."""
-
-    def __init__(self, title: str, name: str, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setWindowTitle(title)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        text = QTextBrowser()
-        text.setOpenExternalLinks(True)
-        text.setMarkdown(read_help(name))
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        buttons.rejected.connect(self.close)
-        layout = QVBoxLayout(self)
-        layout.addWidget(text)
-        layout.addWidget(buttons)
-        self.resize(560, 620)
 
 
 def ask_for_saving_path(

@@ -8,16 +8,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from flyreg_resources.demo import make_demo_pair
 from PySide6.QtCore import QStandardPaths
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog
 
+from flyreg_core import edits
 from flyreg_core.brain_files import open_brain, write_mesh
+from flyreg_core.edits import Role
 from flyreg_core.errors import FlyregError
-from flyreg_core.project import Brain, Project
+from flyreg_core.project import Brain, BrainInput, Project
 from flyreg_core.project_file import load_project, save_project
 from flyreg_core.results import Results
+from flyreg_core.script import python_program, register_command
 from flyreg_gui.dialogs import Answer, OpenBrainsDialog, ask_about_changes, ask_for_saving_path
 from flyreg_gui.failures import sentence_for
+from flyreg_gui.preferences import RecentBrain
 from flyreg_gui.session import with_view
+from flyreg_gui.template_browser import TemplateBrowser
 
 if TYPE_CHECKING:
     from flyreg_gui.main_window import MainWindow
@@ -37,14 +43,52 @@ class FileCommands:
 
     # Opening
 
-    def open_brains(self) -> None:
-        """Ask for two brains and open them."""
+    def open_brains(self, source: str = "", target: str = "") -> None:
+        """Ask for two brains and open them; those that are known are filled in."""
         dialog = OpenBrainsDialog(self._window.preferences, self._window)
+        dialog.source.name.setEditText(source)
+        dialog.target.name.setEditText(target)
         dialog.exec()
         inputs = dialog.inputs
         dialog.deleteLater()
-        if inputs is not None and self.may_discard():
-            self._open(Project(Brain(inputs[0]), Brain(inputs[1])))
+        if inputs is not None:
+            self.open_pair(*inputs)
+
+    def open_templates(self) -> None:
+        """Ask for two templates by their pictures and open them."""
+        dialog = TemplateBrowser(self._window)
+        dialog.exec()
+        inputs = dialog.inputs
+        dialog.deleteLater()
+        if inputs is not None:
+            self.open_pair(*inputs)
+
+    def open_pair(self, source: BrainInput, target: BrainInput) -> None:
+        """Open two brains."""
+        if self.may_discard():
+            self._window.preferences.add_recent_pair(source, target)
+            self._open(Project(Brain(source), Brain(target)))
+
+    def open_recent_pair(self, source: RecentBrain, target: RecentBrain) -> None:
+        """Open two brains as they were opened before."""
+        try:
+            inputs = [open_brain(b.name, b.unit, b.voxel_size_um) for b in (source, target)]
+        except (FlyregError, OSError) as error:
+            self._window.show_problem(sentence_for(error))
+        else:
+            self.open_pair(*inputs)
+
+    def replace_brain(self, role: Role, path: Path) -> None:
+        """Put another brain in the place of one of the two; the landmarks stay."""
+        project = self._session.project
+        if project is None:
+            return
+        try:
+            brain = Brain(open_brain(str(path)))
+        except (FlyregError, OSError) as error:
+            self._window.show_problem(sentence_for(error))
+        else:
+            self._session.edit(f"open another {role}", edits.set_brain(project, role, brain))
 
     def open_project(self) -> None:
         """Ask for a project file and open it."""
@@ -138,18 +182,25 @@ class FileCommands:
         else:
             self._window.say(f"Exported {path}")
 
-    def save_picture(self) -> None:
-        """Ask where to save a picture of the window, and save it."""
-        picture = self._window.picture()
-        folder = Path(self._window.preferences.folder)
-        path = ask_for_saving_path(
-            self._window, "Save a picture", folder / "flyreg.png", "PNG (*.png)", ".png"
-        )
-        if path is not None:
-            if picture.save(str(path)):
-                self._window.say(f"Saved {path}")
-            else:
-                self._window.show_problem(f"{path} cannot be written; choose another folder")
+    def copy_command(self) -> None:
+        """Copy the command that repeats what is on show; it needs the project saved."""
+        session = self._session
+        if session.project is None:
+            return
+        if (session.path is None or session.unsaved_changes) and not self.save():
+            return
+        if session.path is not None:
+            self._copy(register_command(session.path), "The command")
+
+    def copy_python(self) -> None:
+        """Copy a Python program that repeats what is on show."""
+        project = self._session.project
+        if project is not None:
+            self._copy(python_program(project), "The Python program")
+
+    def _copy(self, text: str, what: str) -> None:
+        QGuiApplication.clipboard().setText(text)
+        self._window.say(f"{what} that repeats this registration is on the clipboard")
 
 
 def export_mesh(results: Results, path: Path) -> None:

@@ -323,4 +323,6 @@ def _tip(row: Row) -> str:
 
 def format_weight(weight: float) -> str:
     """Return a weight as the user reads it; 0 is "off"."""
-    return f"{weight:.3g}" if weight > 0 else "off"
+    if weight <= 0:
+        return "off"
+    return f"{weight:.2g}" if weight < 0.1 else f"{weight:.3g}"

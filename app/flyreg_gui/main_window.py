@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flyreg_resources import landmark_lists
 from PySide6.QtCore import QEvent, QPoint, Qt
-from PySide6.QtGui import QActionGroup, QCloseEvent, QKeyEvent, QKeySequence, QPixmap
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QPixmap
 from PySide6.QtWidgets import (
     QAbstractButton,
     QDockWidget,
-    QLabel,
     QMainWindow,
     QMenu,
-    QSizePolicy,
     QSlider,
     QStackedWidget,
-    QToolBar,
+    QUndoView,
     QVBoxLayout,
     QWidget,
 )
@@ -26,33 +23,66 @@ from flyreg_core.errors import TopologyError
 from flyreg_core.pipeline import Pipeline
 from flyreg_core.project import Project
 from flyreg_core.results import Results
-from flyreg_gui.actions import enable_actions, fill_menu, make_actions
-from flyreg_gui.dialogs import HelpWindow
+from flyreg_gui.actions import enable_actions, make_actions
+from flyreg_gui.autosave import Autosave
+from flyreg_gui.blink import NAMES, Blink
 from flyreg_gui.drill_mode import DrillMode
+from flyreg_gui.drops import Drops
 from flyreg_gui.files import FileCommands
+from flyreg_gui.help_window import HelpWindow, help_pages
+from flyreg_gui.judging import ORIGINS, Judging
+from flyreg_gui.keymap import Keymap
 from flyreg_gui.landmark_commands import LandmarkCommands
-from flyreg_gui.landmark_mode import KINDS, LandmarkMode
+from flyreg_gui.landmark_mode import LandmarkMode
+from flyreg_gui.menus import Menus, make_toolbar
 from flyreg_gui.modes import Mode, Modes
 from flyreg_gui.neuropils import Neuropils
 from flyreg_gui.panels.banner import Banner
+from flyreg_gui.panels.fold_alarm import FoldAlarm
+from flyreg_gui.panels.judge import JudgePanel
 from flyreg_gui.panels.landmarks import LandmarksPanel
+from flyreg_gui.panels.recovery import RecoveryBar
 from flyreg_gui.panels.start import StartPage
 from flyreg_gui.panels.steps import StepsPanel
+from flyreg_gui.pictures import PictureCommands
 from flyreg_gui.preferences import Preferences
+from flyreg_gui.preferences_dialog import PreferencesDialog
 from flyreg_gui.preparing import PreparingPipeline
+from flyreg_gui.report_command import ReportCommand
 from flyreg_gui.runner import Runner
 from flyreg_gui.selection import Selection
-from flyreg_gui.session import Session
+from flyreg_gui.session import Session, with_view
 from flyreg_gui.status import StatusBar
-from flyreg_gui.theme import Theme, current_theme
+from flyreg_gui.taking_away import TakingAway
+from flyreg_gui.theme import Scheme, Theme, current_theme, set_scheme
+from flyreg_gui.tour import Tour
 from flyreg_gui.trim_mode import TrimMode
 from flyreg_gui.tunnels import Tunnels, guess_of
+from flyreg_gui.view_commands import ViewCommands
 from flyreg_gui.view_state import read_view_state, view_state
 from flyreg_gui.views.graphics import PRINT, samples_per_pixel
 from flyreg_gui.views.view_area import ViewArea
 
 BLEND_AT_FIRST = 20
 """How much of the target shows through, in per cent."""
+
+SHORT_TEXTS = {
+    "trim": "Trim and cut",
+    "tunnels": "Tunnels",
+    "undo": "Undo",
+    "redo": "Redo",
+    "screenshot": "Picture of the window",
+    "picture_of_views": "Picture of all views",
+    "picture_of_view": "Picture of the current view",
+    "turn": "Turning picture",
+    "from_front": "Look from the front",
+    "from_back": "Look from behind",
+    "from_left": "Look from the left",
+    "from_right": "Look from the right",
+    "from_top": "Look from above",
+    "from_bottom": "Look from below",
+}
+"""What actions are called outside their menu, where the text there is too long, short, or changes."""
 
 SHOW_TUNNELS = "Show the tunnels"
 
@@ -71,15 +101,27 @@ class MainWindow(QMainWindow):
         self.tunnels = Tunnels(self.session, self)
         self.drill = DrillMode(self.session, self)
         self.trim = TrimMode(self.session, self)
+        self.judging = Judging(self.session, self)
         self.files = FileCommands(self)
         self.neuropils = Neuropils(self.session, self)
         self.landmark_commands = LandmarkCommands(self)
+        self.taking_away = TakingAway(self)
+        self.pictures = PictureCommands(self)
+        self.drops = Drops(self)
+        self.autosave = Autosave(self.session, lambda p: with_view(p, self.view_state()), self)
+        self.recovery = RecoveryBar(self)
+        self.blink = Blink(self.session, self.say, self)
+        self.reports = ReportCommand(self)
         self.view_area = ViewArea(
-            self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim
+            *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
+            self.judging,
         )
+        self.view_commands = ViewCommands(self.view_area, self.selection)
         self.steps = StepsPanel(self.session, self.tunnels, self.trim)
         self.landmarks = LandmarksPanel(self.session, self.selection)
+        self.judge = JudgePanel(self.judging)
         self.banner, self.start = Banner(), StartPage()
+        self.fold_alarm = FoldAlarm(self.session)
         self.blend = QSlider(Qt.Orientation.Horizontal)
         self.actions_by_name = make_actions(self)
         self._shown_failure: object = None
@@ -88,8 +130,12 @@ class MainWindow(QMainWindow):
         self._unread_view = False  # of a project whose first results are still to come
         self._make_center()
         self._make_docks()
-        self._make_menus()
-        self._make_toolbar()
+        self.menus = Menus(self)
+        for name, short in SHORT_TEXTS.items():
+            self.actions_by_name[name].setIconText(short)
+        self.keymap = Keymap(self.actions_by_name, self.preferences)
+        self._tools = make_toolbar(self)
+        self.tour = Tour(self)
         self.status = StatusBar(self.session)
         self.setStatusBar(self.status)
         modes: dict[str, Mode] = {
@@ -114,101 +160,37 @@ class MainWindow(QMainWindow):
         layout = QVBoxLayout(center)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
+        layout.addWidget(self.recovery)
         layout.addWidget(self.banner)
+        layout.addWidget(self.fold_alarm)
         layout.addWidget(self._stack, 1)
         center.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setCentralWidget(center)
         center.setFocus()  # not the first button, which would take Space
-        self.start.show_recent(self.preferences.recent_projects)
+        self.start.show_recent(self.preferences.recent_projects, self.preferences.recent_pairs)
 
     def _make_docks(self) -> None:
-        self._docks = []
+        self.docks = []
+        self.history = QUndoView(self.session.undo_stack)
+        self.history.setEmptyLabel("As opened")
+        self.history.setAccessibleName("History of changes")
+        self.history.setToolTip("Click a state to go back or forth to it")
         for title, widget, area in (
             ("Steps", self.steps, Qt.DockWidgetArea.LeftDockWidgetArea),
             ("Landmarks", self.landmarks, Qt.DockWidgetArea.RightDockWidgetArea),
+            ("History", self.history, Qt.DockWidgetArea.LeftDockWidgetArea),
+            ("Judge", self.judge, Qt.DockWidgetArea.RightDockWidgetArea),
         ):
             dock = QDockWidget(title, self)
             dock.setObjectName(title)
             dock.setWidget(widget)
             self.addDockWidget(area, dock)
-            self._docks.append(dock)
-        self.resizeDocks(self._docks, [280, 450], Qt.Orientation.Horizontal)
-
-    def _make_menus(self) -> None:
-        menus: dict[str, QMenu] = {}
-        for name in ("File", "Edit", "Landmarks", "View", "Help"):
-            menus[name] = self.menuBar().addMenu(f"&{name}")
-            menus[name].setObjectName(name)
-        undo = self.session.undo_stack.createUndoAction(self, "&Undo")
-        redo = self.session.undo_stack.createRedoAction(self, "&Redo")
-        undo.setShortcut("Ctrl+Z")
-        redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
-        self.actions_by_name |= {"undo": undo, "redo": redo}
-        menus["Edit"].addActions([undo, redo])
-        menus["Edit"].addSeparator()
-        actions = self.actions_by_name
-        fill_menu(menus["File"], actions, ("save", "export", "quit"))
-        fill_menu(menus["Edit"], actions, ("drill",))
-        fill_menu(menus["Landmarks"], actions, ("accept", "next_unplaced", "import_landmarks"))
-        self._fill_presets(menus["Landmarks"])
-        fill_menu(menus["View"], actions, ("link",))
-        fill_menu(menus["Help"], actions)
-        menus["View"].addSeparator()
-        for dock in self._docks:
-            menus["View"].addAction(dock.toggleViewAction())
-        self._recent_menu = QMenu("&Recent projects", self)
-        menus["File"].insertMenu(actions["demo"], self._recent_menu)
-        menus["File"].aboutToShow.connect(self._fill_recent)
-
-    def _fill_presets(self, menu: QMenu) -> None:
-        """Offer the lists of landmarks that come with the program, and where new ones lie."""
-        lists = QMenu("Landmarks to &place", self)
-        for path in landmark_lists():
-            action = lists.addAction(path.stem.replace("-", " ").capitalize())
-            action.triggered.connect(
-                lambda _on, path=path: self.landmark_commands.add_template(path)
-            )
-        menu.insertMenu(self.actions_by_name["template"], lists)
-        kinds = QMenu("New landmarks &lie", self)
-        group = QActionGroup(kinds)
-        for kind in KINDS:
-            on_curve = "anywhere on the surface" if kind == "interior" else f"on the {kind} curve"
-            action = kinds.addAction(on_curve)
-            action.setCheckable(True)
-            action.setChecked(kind == self.mode.kind)
-            action.triggered.connect(lambda _on, kind=kind: self.mode.set_kind(kind))
-            group.addAction(action)
-        menu.insertMenu(self.actions_by_name["accept"], kinds)
-
-    def _make_toolbar(self) -> None:
-        bar = QToolBar("Tools", self)
-        bar.setObjectName("tools")
-        bar.setMovable(False)
-        bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-        actions = self.actions_by_name
-        actions["landmark_mode"].setIconText("Landmark mode")
-        actions["tunnels"].setIconText("Tunnels")
-        actions["trim"].setIconText("Trim and cut")
-        actions["undo"].setIconText("Undo")
-        actions["redo"].setIconText("Redo")
-        bar.addActions([actions["open_brains"], actions["save"], actions["export"]])
-        bar.addSeparator()
-        bar.addActions([actions["undo"], actions["redo"]])
-        bar.addSeparator()
-        bar.addActions(
-            [actions[name] for name in ("landmark_mode", "tunnels", "trim", "link", "home")]
-        )
-        spring = QWidget()
-        spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        bar.addWidget(spring)
-        self.blend.setRange(0, 100)
-        self.blend.setFixedWidth(140)
-        self.blend.setAccessibleName("Blend")
-        self.blend.setToolTip("Registered source at the left, target at the right")
-        bar.addWidget(QLabel("Registered "))
-        bar.addWidget(self.blend)
-        bar.addWidget(QLabel(" Target  "))
-        self.addToolBar(bar)
+            self.docks.append(dock)
+        steps, landmarks, history, judge = self.docks
+        history.hide()
+        self.tabifyDockWidget(landmarks, judge)
+        landmarks.raise_()
+        self.resizeDocks([steps, landmarks], [280, 450], Qt.Orientation.Horizontal)
 
     def _connect(self) -> None:
         session, files = self.session, self.files
@@ -217,8 +199,15 @@ class MainWindow(QMainWindow):
         session.results_changed.connect(self._on_results)
         session.results_changed.connect(self._on_guess)
         self.tunnels.changed.connect(self._on_tunnels)
+        self.judging.chosen_changed.connect(self._on_judging_chosen)
         self.banner.asked.connect(self._on_help_asked)
         self.steps.tunnels.drill_asked.connect(self.actions_by_name["drill"].toggle)
+        self.autosave.set_seconds(self.preferences.autosave_seconds)
+        self.autosave.failed.connect(self.show_problem)
+        self.blink.refused.connect(self.show_problem)
+        self.blink.changed.connect(
+            lambda: self.actions_by_name["blink"].setChecked(self.blink.is_on)
+        )
         self.blend.valueChanged.connect(self._on_blend)
         self.blend.setValue(BLEND_AT_FIRST)
         self.steps.open_asked.connect(files.open_brains)
@@ -239,6 +228,8 @@ class MainWindow(QMainWindow):
         self.start.project_asked.connect(files.open_project)
         self.start.demo_asked.connect(files.open_demo)
         self.start.recent_asked.connect(self._on_recent)
+        self.start.templates_asked.connect(files.open_templates)
+        self.start.recent_pair_asked.connect(files.open_recent_pair)
 
     def _spare_buttons(self) -> None:
         """Keep a click on a button from taking the keyboard, so that Space stays the window's."""
@@ -252,6 +243,7 @@ class MainWindow(QMainWindow):
         if remembered is not None:
             self.restoreGeometry(remembered[0])
             self.restoreState(remembered[1])
+        self.view_area.arrangement.restore(self.preferences.views)
 
     # What actions do
 
@@ -261,7 +253,9 @@ class MainWindow(QMainWindow):
 
     def escape(self) -> None:
         """Abandon what is half made, or else select nothing."""
-        if not self.modes.abandon():
+        if self.blink.is_on:
+            self.blink.set_on(False)
+        elif not self.modes.abandon():
             self.selection.clear()
             self.tunnels.choose(None)
 
@@ -272,13 +266,31 @@ class MainWindow(QMainWindow):
             what = "landmark" if len(chosen) == 1 else f"{len(chosen)} landmarks"
             self.session.edit(f"delete {what}", edits.remove_pairs(project, chosen))
 
-    def show_shortcuts(self) -> None:
-        """Show what the mouse and the keys do."""
-        self._show_help("Mouse and keys", "shortcuts.md")
+    def show_help(self, title: str) -> None:
+        """Show a page of the help beside the work."""
+        HelpWindow(help_pages(self.keymap.as_markdown()), title, self).show()
 
-    def show_method(self) -> None:
-        """Show what the program does and where that comes from."""
-        self._show_help("About the method", "method.md")
+    def tool_button(self, name: str) -> QWidget:
+        """Return the button of an action in the toolbar."""
+        return self._tools.widgetForAction(self.actions_by_name[name])
+
+    def show_preferences(self) -> None:
+        """Show the preferences beside the work."""
+        PreferencesDialog(self).show()
+
+    def toggle_dark(self) -> None:
+        """Turn the window dark, or light again."""
+        self.set_scheme("light" if current_theme().is_dark else "dark")
+
+    def set_scheme(self, scheme: Scheme) -> None:
+        """Turn the program light, dark, or as the system is, and remember that."""
+        self.preferences.scheme = scheme
+        set_scheme(scheme)
+
+    def set_autosave_seconds(self, seconds: int) -> None:
+        """Say how long a change may wait until it is kept, and remember that."""
+        self.preferences.autosave_seconds = seconds
+        self.autosave.set_seconds(seconds)
 
     def show_problem(self, sentence: str) -> None:
         """Show a sentence above the views; an empty one takes it away."""
@@ -300,9 +312,6 @@ class MainWindow(QMainWindow):
         for frame in self.view_area.frames:
             frame.canvas.set_samples(samples_per_pixel())
         return picture
-
-    def _show_help(self, title: str, name: str) -> None:
-        HelpWindow(title, name, self).show()
 
     # News
 
@@ -334,6 +343,9 @@ class MainWindow(QMainWindow):
     def _on_tunnels(self) -> None:
         self.actions_by_name["tunnels"].setChecked(self.tunnels.is_on)
 
+    def _on_judging_chosen(self, name: str) -> None:
+        self.actions_by_name["origins"].setChecked(name == ORIGINS)
+
     def _on_guess(self, results: Results | None) -> None:
         """Say so when the oesophagus of a brain is a guess that was not shown before."""
         guess = guess_of(results) if results is not None else None
@@ -354,14 +366,6 @@ class MainWindow(QMainWindow):
     def _on_recent(self, path: str) -> None:
         self.files.open_project_file(Path(path))
 
-    def _fill_recent(self) -> None:
-        self._recent_menu.clear()
-        for path in self.preferences.recent_projects:
-            action = self._recent_menu.addAction(path.name)
-            action.setToolTip(str(path))
-            action.triggered.connect(lambda _on, path=path: self.files.open_project_file(path))
-        self._recent_menu.setEnabled(not self._recent_menu.isEmpty())
-
     def _show_state(self) -> None:
         session = self.session
         met = set()
@@ -373,6 +377,12 @@ class MainWindow(QMainWindow):
             met.add("results")
         if session.is_up_to_date:
             met.add("current")
+        kept = session.project.snapshots if session.project is not None else {}
+        met |= {f"snapshot {name}" for name in kept}
+        if session.results is not None and all(name in kept for name in NAMES):
+            met.add("snapshots")
+        if session.is_complete:
+            met.add("measured")
         enable_actions(self.actions_by_name, met)
         self._show_title()
         if session.failure is not self._shown_failure:
@@ -402,7 +412,11 @@ class MainWindow(QMainWindow):
             self._theme = theme
             self.view_area.show_theme(theme)
             self.banner.show_theme(theme)
+            self.recovery.show_theme(theme)
+            self.tour.show_theme(theme)
+            self.fold_alarm.show_theme(theme)
             self.steps.show_theme(theme)
+            self.judge.show_theme(theme)
 
     def event(self, event: QEvent) -> bool:
         """Leave Space to a button that the keyboard went to, before the shortcut gets it."""
@@ -428,6 +442,11 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.preferences.save_window(self.saveGeometry(), self.saveState())
+        self.recovery.release()
+        self.autosave.close()
+        self.preferences.views = self.view_area.arrangement.state()
+        self.reports.close()
         self.runner.close()
+        self.judging.close()
         self.view_area.close_canvases()
         event.accept()

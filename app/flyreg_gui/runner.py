@@ -97,7 +97,7 @@ class Runner(QObject):
         self.started.emit(run)
         start = time.perf_counter()
         try:
-            report = partial(self._report, run, _Clock())
+            report = partial(self._report, run, Clock())
             results = self._pipeline.run(run.project, report, run.measure)
         except Cancelled:
             self.stopped.emit(run)
@@ -114,13 +114,14 @@ class Runner(QObject):
             self.progressed.emit(run, fraction, text)
 
 
-class _Clock:
+class Clock:
     """Tells whether it is time for the next report to the window."""
 
     def __init__(self) -> None:
         self._last = 0.0
 
     def __call__(self) -> bool:
+        """Tell it once in a while."""
         now = time.monotonic()
         if now - self._last < SECONDS_BETWEEN_REPORTS:
             return False

@@ -62,6 +62,8 @@ class Session(QObject):
     remains_changed = Signal(object)  # Remains or None: what is left where preparing failed
     state_changed = Signal()  # what runs, what failed, what is saved
     progressed = Signal(float, str)
+    ran_beside = Signal(object, object)  # Project and Results that are not of the open project
+    failed_beside = Signal(str)  # why there are none
 
     def __init__(self, runner: Runner, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -78,6 +80,10 @@ class Session(QObject):
         self._first = 0  # runs with smaller numbers belong to a project that is closed
         self._shown = 0  # the run whose results are on show
         self._awaited = 0  # the newest run, until it ended one way or another
+        self.beside = ""  # which other results are on show, instead of the project's own
+        self._own: Results | None = None  # the project's, while others are on show
+        self._runs_beside: set[int] = set()  # runs that are not of the open project
+        self._is_recovered = False  # the project was opened with changes that are in no file of it
         runner.finished.connect(self._on_finished)
         runner.failed.connect(self._on_failed)
         runner.stopped.connect(self._on_stopped)
@@ -86,10 +92,19 @@ class Session(QObject):
 
     # What is asked of the session
 
-    def open(self, project: Project, path: Path | None = None) -> None:
-        """Replace the project by another one; that cannot be undone."""
+    def open(
+        self, project: Project, path: Path | None = None, *, is_recovered: bool = False
+    ) -> None:
+        """Replace the project by another one; that cannot be undone.
+
+        One that is recovered has changes that its file lacks.
+        """
         self._gesture = NO_GESTURE
         self.undo_stack.clear()
+        self.beside, self._own = "", None
+        self._is_recovered = is_recovered
+        if is_recovered:
+            self.undo_stack.resetClean()
         self.path, self.results, self.seconds = path, None, None
         self._first = self._submit(project)
         self._set_remains(None)
@@ -120,6 +135,26 @@ class Session(QObject):
         if self.project is not None:
             self._set(self.project)
 
+    def run_beside(self, project: Project) -> None:
+        """Run a project that is not the open one, for `show_beside`."""
+        self._runs_beside.add(self._runner.submit(project).number)
+
+    def show_beside(self, results: Results, name: str) -> None:
+        """Put results of another project on show; nothing else changes."""
+        if not self.beside:
+            self._own = self.results
+        self.beside, self.results = name, results
+        self.results_changed.emit(results)
+        self.state_changed.emit()
+
+    def show_own(self) -> None:
+        """Put the results of the open project on show again."""
+        if self.beside:
+            self.beside, self.results, self._own = "", self._own, None
+            self.results_changed.emit(self.results)
+            self._measure()
+            self.state_changed.emit()
+
     def cancel(self) -> None:
         """Stop the work; the project and the results on show stay as they are."""
         self._runner.cancel()
@@ -127,6 +162,7 @@ class Session(QObject):
     def mark_saved(self, path: Path) -> None:
         """Remember that the project is in this file as it is now."""
         self.path = path
+        self._is_recovered = False
         self.undo_stack.setClean()
         self.state_changed.emit()
 
@@ -167,6 +203,9 @@ class Session(QObject):
         stack = self.undo_stack
         if self.project is None or stack.isClean():
             return []
+        if self._is_recovered:
+            texts = [stack.text(i) for i in range(stack.index())]
+            return ["changes recovered", *dict.fromkeys(texts)]
         if stack.cleanIndex() < 0 or stack.cleanIndex() > stack.index():
             return ["changes taken back by undo"]
         texts = [stack.text(i) for i in range(stack.cleanIndex(), stack.index())]
@@ -198,6 +237,9 @@ class Session(QObject):
             self._submit(self.project, measure=True)
 
     def _on_finished(self, run: Run, results: Results, seconds: float) -> None:
+        if run.number in self._runs_beside:
+            self.ran_beside.emit(run.project, results)
+            return
         self._end(run)
         if run.number >= self._first and run.number > self._shown:
             self._shown = run.number
@@ -210,6 +252,9 @@ class Session(QObject):
         self.state_changed.emit()
 
     def _on_failed(self, run: Run, error: Exception) -> None:
+        if run.number in self._runs_beside:
+            self.failed_beside.emit(sentence_for(error))
+            return
         prefix = ""
         if isinstance(error, PreparingError):
             remains, error = error.remains, error.error

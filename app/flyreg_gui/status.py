@@ -2,26 +2,44 @@
 
 from __future__ import annotations
 
+from statistics import fmean, median
+
 from PySide6.QtWidgets import QLabel, QStatusBar
 
+from flyreg_core.results import Results
 from flyreg_gui.session import Session
 from flyreg_gui.steps import count_folds
 
+FORETOLD = (
+    "How far from its target each landmark would end if it were left out and the others foretold it: "
+    "median and mean"
+)
+GAP = (
+    "The most that sewing the halves together moved their common boundary along its curve; "
+    "in the delivered surface it is closed"
+)
+
 
 class StatusBar(QStatusBar):
-    """Folds, mean distance, whether the picture is up to date, and how long that took."""
+    """Where the cursor is; how good the registration is; whether the picture is exact, and its time."""
 
     def __init__(self, session: Session) -> None:
         super().__init__()
         self._session = session
-        self.hint, self.folds, self.distance, self.state = QLabel(), QLabel(), QLabel(), QLabel()
-        self.place = QLabel()
+        self.place, self.hint = QLabel(), QLabel()
+        self.folds, self.distance, self.foretold = QLabel(), QLabel(), QLabel()
+        self.gap, self.state = QLabel(), QLabel()
         self.addWidget(self.place)
         self.addWidget(self.hint, 1)
-        for label in (self.folds, self.distance, self.state):
+        for label, tip in (
+            (self.folds, "Triangles that lie upside down; those that the spline had folded"),
+            (self.distance, "Mean distance from the registered surface to the target"),
+            (self.foretold, FORETOLD),
+            (self.gap, GAP),
+            (self.state, "Whether what is drawn follows from the project, and the time it took"),
+        ):
+            label.setToolTip(tip)
             self.addPermanentWidget(label)
-        self.folds.setToolTip("Triangles that lie upside down after the registration")
-        self.distance.setToolTip("Mean distance from the registered surface to the target")
         for signal in (session.state_changed, session.results_changed, session.project_changed):
             signal.connect(self._show)
         self._show()
@@ -36,27 +54,41 @@ class StatusBar(QStatusBar):
         self.place.setVisible(bool(text))
 
     def _show(self, *_news: object) -> None:
-        session = self._session
-        results = session.results
-        flipped = count_folds(results) if results else 0
-        self.folds.setText(f"folds {flipped}" if results else "")
-        if results is None:
-            self.distance.clear()
-        elif results.distances is not None:
-            mean = results.distances.a_to_b.mean_um
-            self.distance.setText(f"mean distance {mean:.2f} µm")
-        else:
-            self.distance.setText("mean distance …")
-        self.state.setText(_state(session))
+        results = self._session.results
+        labels = (self.folds, self.distance, self.foretold, self.gap)
+        for label, text in zip(labels, _numbers(results), strict=True):
+            label.setText(text)
+            label.setVisible(bool(text))
+        self.state.setText(_state(self._session))
+
+
+def _numbers(results: Results | None) -> tuple[str, str, str, str]:
+    """Return folds, distance, leave-one-out and seam gap; "…" for what is still to be measured."""
+    if results is None:
+        return "", "", "", ""
+    halves = results.registration.halves.values()
+    mended = sum(half.folds_mended for half in halves)
+    folds = f"folds {count_folds(results)}" + (f" ({mended} mended)" if mended else "")
+    measured, judged = results.distances, results.judgement
+    distance = "…" if measured is None else f"{measured.a_to_b.mean_um:.2f} µm"
+    foretold = "…"
+    if judged is not None:
+        errors = list(judged.leave_one_out_um.values())
+        foretold = f"{median(errors):.2f} µm, mean {fmean(errors):.2f}" if errors else "unknown"
+    gap = max(half.gap_um for half in halves)
+    return folds, f"distance {distance}", f"leave-one-out {foretold}", f"seam {gap:.2f} µm"
 
 
 def _state(session: Session) -> str:
+    """Return whether the picture is exact; a preview is what a moving hand gets."""
     if session.project is None:
         return ""
+    if session.beside:
+        return f"{session.beside} on show"
     if session.is_up_to_date:
         milliseconds = 1000 * (session.seconds or 0.0)
         took = f"{milliseconds:.0f} ms" if milliseconds < 1000 else f"{milliseconds / 1000:.1f} s"
-        return f"up to date, {took}"
+        return f"exact, {took}" if session.is_complete else f"preview, {took}"
     if session.is_running:
         return "updating…" if session.results is not None else "working…"
     return "failed" if session.failure is not None else "not up to date"

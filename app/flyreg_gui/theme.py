@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
-from PySide6.QtGui import QGuiApplication
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QGuiApplication, QPalette
+from PySide6.QtWidgets import QApplication
+
+from flyreg_core import color_maps
 
 Color = tuple[int, int, int]
+Scheme = Literal["system", "light", "dark"]
 
-SOURCE: Color = (120, 160, 196)
-TARGET: Color = (216, 178, 120)
+SOURCE: Color = color_maps.SOURCE
+TARGET: Color = color_maps.TARGET
 
 KIND_COLORS: dict[str, Color] = {  # Okabe and Ito's palette
     "upper": (0, 114, 178),
@@ -75,6 +81,49 @@ def current_theme() -> Theme:
         palette.color(palette.ColorRole.WindowText),
     )
     return DARK if ground.lightness() < ink.lightness() else LIGHT
+
+
+def set_scheme(scheme: Scheme) -> None:
+    """Have the whole program light or dark, or as the system is.
+
+    Where the platform cannot be asked for a scheme (Linux without a desktop's own Qt plugin), the
+    palette is changed instead.
+    """
+    hints = QGuiApplication.styleHints()
+    if scheme == "system":
+        hints.unsetColorScheme()
+        QApplication.setPalette(QPalette())
+        return
+    wanted = Qt.ColorScheme.Dark if scheme == "dark" else Qt.ColorScheme.Light
+    hints.setColorScheme(wanted)
+    if hints.colorScheme() != wanted or current_theme().is_dark != (scheme == "dark"):
+        QApplication.setPalette(_palette(*(DARK_PALETTE if scheme == "dark" else LIGHT_PALETTE)))
+
+
+LIGHT_PALETTE = ("#efefef", "#ffffff", "#1e1e1e", "#787878", "#2f6fb2", "#0b57a4")
+DARK_PALETTE = ("#2b2c2f", "#1f2022", "#ebebeb", "#8a8a8e", "#3d7fc4", "#8ab8ea")
+"""Window, base of tables and fields, text, text of what is off, selection, links."""
+
+
+def _palette(ground: str, base: str, text: str, faint: str, selection: str, link: str) -> QPalette:
+    palette = QPalette(QColor(ground), QColor(ground))  # Qt finds the shades of buttons
+    role, group = QPalette.ColorRole, QPalette.ColorGroup
+    for place, color in (
+        *((part, text) for part in (role.WindowText, role.Text, role.ButtonText)),
+        *((part, base) for part in (role.Base, role.ToolTipBase)),
+        *((part, text) for part in (role.ToolTipText, role.BrightText)),
+        (role.AlternateBase, ground),
+        (role.PlaceholderText, faint),
+        (role.Highlight, selection),
+        (role.HighlightedText, "#ffffff"),
+        (role.Accent, selection),
+        (role.Link, link),
+        (role.LinkVisited, link),
+    ):
+        palette.setColor(place, QColor(color))
+    for part in (role.WindowText, role.Text, role.ButtonText):
+        palette.setColor(group.Disabled, part, QColor(faint))
+    return palette
 
 
 def css(color: Color) -> str:

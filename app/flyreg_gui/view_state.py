@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from flyreg_gui.judging import is_choice
 from flyreg_gui.views.camera import Pose
 
 if TYPE_CHECKING:
@@ -13,7 +14,11 @@ if TYPE_CHECKING:
 
 def view_state(window: MainWindow) -> dict[str, object]:
     """Return the state as JSON knows it."""
-    state: dict[str, object] = {"blend": window.blend.value()}
+    state: dict[str, object] = {
+        "blend": window.blend.value(),
+        "colors": window.judging.chosen,
+        "views": window.view_area.arrangement.state(),
+    }
     pose = window.view_area.source.pose()
     if pose is not None:
         state["camera"] = {
@@ -29,6 +34,10 @@ def read_view_state(window: MainWindow, state: Mapping[str, object]) -> None:
     blend = state.get("blend")
     if isinstance(blend, int | float):
         window.blend.setValue(round(blend))
+    window.view_area.arrangement.restore(state.get("views"))
+    colors = state.get("colors")
+    if isinstance(colors, str) and is_choice(colors):
+        window.judging.choose(colors)
     camera = state.get("camera")
     if not isinstance(camera, Mapping):
         return

@@ -86,3 +86,20 @@ def test_beside_the_brain_and_in_the_hole_nothing_is_marked(qtbot, window):
         qtbot.mouseMove(view.canvas, position)
         qtbot.waitUntil(lambda: area.pointer.place is None)
         assert all(marked(window, other) is None for other in area.views)
+
+
+def test_following_the_mouse_draws_no_scene_anew(qtbot, window):
+    area, drawings = window.view_area, []
+    point_at(qtbot, window, area.source, a_front_face(window))
+    QApplication.processEvents()
+    for view in area.views:
+        view.canvas.renderer.AddObserver("EndEvent", lambda *_: drawings.append(1))
+    for step in range(1, 8):
+        qtbot.mouseMove(area.source.canvas, a_front_face(window) + QPoint(2 * step, step))
+        qtbot.waitUntil(lambda: not area.pointer._timer.isActive())
+        QApplication.processEvents()
+    assert drawings == []
+    mark = area.pointer.marks[area.target]
+    center = mark.pos() + QPoint(mark.width() // 2, mark.height() // 2) - area.target.canvas.pos()
+    shown = pixel(area.target.canvas, mark.point)
+    assert (shown - center).manhattanLength() <= 2

@@ -66,4 +66,4 @@ def test_one_handle_of_a_demo_brain_is_found_and_is_the_oesophagus(pair, index):
 
 def test_there_is_help():
     assert "Landmark" in read_help("method.md") or "landmark" in read_help("method.md")
-    assert "Ctrl+Z" in read_help("shortcuts.md")
+    assert "left drag" in read_help("shortcuts.md")

@@ -7,6 +7,7 @@ from flyreg_resources.demo import make_demo_pair
 from hypothesis import settings
 
 from flyreg_core.brain_files import open_brain, write_mesh
+from flyreg_core.cli import DONE, main
 from flyreg_core.landmarks import LandmarkParameters
 from flyreg_core.lift import Registration
 from flyreg_core.mesh import SurfaceMesh
@@ -20,6 +21,8 @@ settings.load_profile("flyreg")
 
 VOXELS_ACROSS = 40
 """Coarse, so that the demo pair is ready within seconds."""
+COARSE = ["--voxels", "32"]
+"""The same for commands."""
 
 
 @pytest.fixture(scope="session")
@@ -70,3 +73,11 @@ def demo_project(demo_files: tuple[Path, Path]) -> Project:
         Brain(open_brain(str(path)), solid=SolidParameters(VOXELS_ACROSS)) for path in demo_files
     )
     return Project(source, target)
+
+
+@pytest.fixture(scope="session")
+def registered(demo_files: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that `flyreg register` wrote for the demo pair."""
+    folder = tmp_path_factory.mktemp("run") / "demo"
+    assert main(["register", *map(str, demo_files), "-o", str(folder), *COARSE]) == DONE
+    return folder

@@ -21,19 +21,10 @@ from flyreg_core.brain_files import open_brain, read_brain, write_mesh
 from flyreg_core.cli import main
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.project_file import load_project
+from tests.core.conftest import COARSE
 from tests.shapes import sphere, together
 
-COARSE = ["--voxels", "32"]
 DONE, WRONG_USAGE, BAD_INPUT, INTERNAL_ERROR = 0, 2, 3, 4
-
-
-@pytest.fixture(scope="module")
-def registered(demo_files: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder that `flyreg register` wrote for the demo pair."""
-    folder = tmp_path_factory.mktemp("run") / "demo"
-    arguments = [*map(str, demo_files), "-o", str(folder), *COARSE]
-    assert main(["register", *arguments]) == DONE
-    return folder
 
 
 def printed(capsys: pytest.CaptureFixture[str]) -> Any:
@@ -51,7 +42,7 @@ def without_cost(report: dict[str, Any]) -> dict[str, Any]:
 
 def test_register_writes_mesh_project_and_report(registered: Path) -> None:
     names = sorted(path.name for path in registered.iterdir())
-    assert names == ["flat.npz", "project.flyreg", "registered.ply", "report.json"]
+    assert names == ["flat.npz", "project.flyreg", "registered.ply", "report.html", "report.json"]
 
 
 def test_the_report_has_all_that_scripts_read(registered: Path) -> None:
@@ -201,6 +192,29 @@ def test_distance_of_a_surface_from_itself_is_zero(
     facts = printed(capsys)
     for direction in ("a_to_b", "b_to_a"):
         assert facts[direction]["hausdorff_um"] <= 1e-5
+
+
+def test_distances_are_told_with_their_error_and_in_voxels_of_a_stated_size(
+    demo_files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    pair = [*map(str, demo_files), "--json"]
+    assert main(["distance", *pair, "--voxel-size", "0.5", "0.5", "4"]) == DONE
+    facts = printed(capsys)
+    assert facts["voxel_edge_um"] == pytest.approx(1.0)
+    for direction in ("a_to_b", "b_to_a"):
+        told = facts[direction]
+        assert told["p50_um"] <= told["p95_um"] <= told["p99_um"] <= told["hausdorff_um"]
+        assert 0 < told["standard_error_um"] < 0.01 * told["mean_um"]
+        for name in ("mean", "rms", "hausdorff", "p95"):
+            assert told[f"{name}_voxels"] == pytest.approx(told[f"{name}_um"])
+            share = told[f"{name}_um"] / facts["diagonal_um"]
+            assert told[f"{name}_share_of_diagonal"] == pytest.approx(share)
+    assert main(["distance", *pair]) == DONE
+    facts = printed(capsys)
+    assert facts["voxel_edge_um"] is None
+    assert "mean_voxels" not in facts["a_to_b"]
+    assert main(["distance", *pair, "--voxel-size", "0", "1", "1"]) == BAD_INPUT
+    assert "positive edges in micrometres, not 0 x 1 x 1" in capsys.readouterr().err
 
 
 def test_facts_for_people_are_lines_of_text(

@@ -39,6 +39,7 @@ EDITS = st.one_of(
     st.tuples(st.just(edits.set_smoothing), FREE),
     st.tuples(st.just(edits.add_pair), NEW),
     st.tuples(st.just(edits.remove_pairs), SOME),
+    st.tuples(st.just(edits.accept_suggestions), NEW.map(lambda pair: [pair])),
     st.tuples(st.just(edits.rename_pair), OWN, st.text()),
     st.tuples(st.just(edits.place_pair), st.just("lower-01"), st.just("target"), st.floats(-1, 2)),
     st.tuples(st.just(edits.place_pair), st.just("u2"), st.sampled_from(ROLES), st.floats(0, 1)),
@@ -49,6 +50,9 @@ EDITS = st.one_of(
         st.just(edits.close_tunnel), st.sampled_from(ROLES), st.sampled_from([TUNNEL, OESOPHAGUS])
     ),
     st.tuples(st.just(edits.add_drill), st.sampled_from(ROLES), st.just(HERE), st.just(THERE)),
+    st.tuples(
+        st.sampled_from([edits.keep_snapshot, edits.take_snapshot]), st.sampled_from(["A", "B"])
+    ),
     st.tuples(st.just(edits.reset_handles), st.sampled_from(ROLES)),
     st.tuples(
         *(st.just(edits.set_trim_plane), st.sampled_from(ROLES)),
@@ -298,3 +302,17 @@ def test_trim_planes_and_cut_are_placed_and_left_to_the_program_again():
     one = edits.set_trim_plane(project, "source", "left", None)
     assert one.source.trim == TrimParameters(-90.0, None)
     assert edits.reset_trimming(project, "source") == PROJECT
+
+
+def test_a_snapshot_brings_back_weights_and_smoothing_and_nothing_else():
+    kept = edits.keep_snapshot(PROJECT, "A")
+    assert kept == replace(PROJECT, snapshots=kept.snapshots)
+    changed = edits.set_smoothing(edits.set_weights(kept, ["u1", "upper-01"], 7.0), 0.5)
+    new = replace(ONE, id="u3", name="gall", weight=3.0)
+    later = edits.add_pair(edits.remove_pairs(changed, ["u2"]), new)
+    assert edits.take_snapshot(later, "A") == replace(kept, pairs=(ONE, new))
+
+
+def test_a_snapshot_that_was_never_kept_cannot_be_taken():
+    with pytest.raises(LandmarkError, match="nothing is kept as B yet"):
+        edits.take_snapshot(PROJECT, "B")

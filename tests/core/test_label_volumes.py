@@ -10,7 +10,13 @@ import numpy as np
 import pytest
 import tifffile
 
-from flyreg_core.brain_files import accept_changed_file, input_facts, open_brain, read_brain
+from flyreg_core.brain_files import (
+    accept_changed_file,
+    input_facts,
+    open_brain,
+    read_brain,
+    voxel_edge_um,
+)
 from flyreg_core.cli import BAD_INPUT, main
 from flyreg_core.errors import Cancelled, InputError
 from flyreg_core.topology import genus, is_closed
@@ -411,3 +417,13 @@ def test_the_voxel_size_can_be_stated_to_the_commands(tmp_path, capsys, option):
 def test_the_commands_say_how_to_state_the_voxel_size(tmp_path, capsys):
     assert main(["inspect", without_voxel_size(tmp_path, "tif", torus_labels())]) == BAD_INPUT
     assert "in um with --voxel-size" in capsys.readouterr().err
+
+
+def test_distances_in_voxels_are_in_edges_of_a_cube_as_large(tmp_path):
+    path = write_imagej(tmp_path / "labels.tif", torus_labels(), COARSE)
+    brain = open_brain(path)
+    assert voxel_edge_um(brain) == pytest.approx(np.cbrt(3.0 * 3.0 * 4.0))
+    stated = open_brain(path, voxel_size_um=(2.0, 2.0, 2.0))
+    assert voxel_edge_um(stated) == pytest.approx(2.0)
+    (tmp_path / "labels.tif").unlink()
+    assert voxel_edge_um(brain) is None

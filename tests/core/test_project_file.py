@@ -14,8 +14,8 @@ from flyreg_core.cut_height import CutParameters
 from flyreg_core.errors import InputError, LandmarkError, ProjectError
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.landmarks import LandmarkPair, LandmarkParameters
-from flyreg_core.project import Brain, BrainInput, NeuropilFile, Project
-from flyreg_core.project_file import load_project, save_project
+from flyreg_core.project import Brain, BrainInput, NeuropilFile, Project, Snapshot
+from flyreg_core.project_file import load_project, read_notes, save_project
 from flyreg_core.simplify import SimplifyParameters
 from flyreg_core.smooth import SmoothParameters
 from flyreg_core.solid import SolidParameters
@@ -30,6 +30,7 @@ PROJECT = Project(
     pairs=(PAIR,),
     weights={"upper-1": 0.25},
     moved={"upper-2": 0.75},
+    snapshots={"A": Snapshot({"upper-1": 2.0}, {"user-a": 0.5}, 0.1)},
     view={"camera": (1.5, 0, -2), "shown": True, "theme": None, "panes": {"left": "source"}},
 )
 
@@ -87,6 +88,8 @@ def projects():
     )
     ids = st.lists(st.text()).map(tuple)
     files = st.builds(NeuropilFile, brains().map(lambda brain: brain.input), roles)
+    weights = st.dictionaries(st.text(), finite(0), max_size=2)
+    snapshots = st.builds(Snapshot, weights, weights, finite(0), ids, ids)
     return st.builds(
         Project,
         brains(),
@@ -100,6 +103,7 @@ def projects():
         smoothing=finite(0),
         neuropils=st.lists(files, max_size=2).map(tuple),
         view=st.dictionaries(st.text(), free),
+        snapshots=st.dictionaries(st.sampled_from("AB"), snapshots),
     )
 
 
@@ -230,6 +234,28 @@ def test_a_voxel_has_a_size(tmp_path, size):
     place = ["project", "source", "input", "voxel_size_um"]
     with pytest.raises(InputError, match=r"must be three positive numbers of micrometres, not \("):
         load_project(changed(tmp_path / "a.flyreg", place, size))
+
+
+def test_a_project_of_format_3_has_no_snapshots(tmp_path):
+    path = changed(tmp_path / "a.flyreg", ["flyreg", "format"], 3)
+    content = json.loads(path.read_text(encoding="utf-8"))
+    del content["project"]["snapshots"]
+    path.write_text(json.dumps(content), encoding="utf-8")
+    assert load_project(path) == replace(PROJECT, snapshots={})
+
+
+def test_a_snapshot_with_an_impossible_weight_is_refused(tmp_path):
+    place = ["project", "snapshots", "A", "weights", "upper-1"]
+    with pytest.raises(LandmarkError, match="the weight of landmark upper-1 must be 0 or"):
+        load_project(changed(tmp_path / "a.flyreg", place, -1.0))
+
+
+def test_notes_are_kept_beside_the_project(tmp_path):
+    path = tmp_path / "a.flyreg"
+    save_project(PROJECT, path, {"path": None, "time": "now"})
+    assert load_project(path) == PROJECT
+    assert read_notes(path) == {"path": None, "time": "now"}
+    assert read_notes(saved(path)) == {}
 
 
 def test_an_older_format_is_upgraded_step_by_step(tmp_path, monkeypatch):

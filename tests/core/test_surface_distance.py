@@ -1,4 +1,5 @@
 import numpy as np
+import pymeshlab
 import pytest
 import trimesh
 from hypothesis import given, settings
@@ -8,7 +9,13 @@ from scipy.spatial import cKDTree
 from flyreg_core.errors import Cancelled
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.progress import ignore
-from flyreg_core.surface_distance import distances_to_surface, measure_distances, sample_surface
+from flyreg_core.surface_distance import (
+    PERCENTILES,
+    distances_of_vertices,
+    distances_to_surface,
+    measure_distances,
+    sample_surface,
+)
 from tests.shapes import box, sphere, together, torus
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -74,6 +81,30 @@ def test_the_two_directions_differ_where_one_surface_reaches_farther():
     assert result.b_to_a.hausdorff_um == pytest.approx(np.sqrt(36 + 36 + 1))
 
 
+def test_what_is_known_of_a_square_beside_another_is_met_within_the_stated_error():
+    # the distance runs evenly from 5 to 15: each percentile is known, and so is the spread
+    result = measured(square(0.0, offset=15.0), square(0.0)).a_to_b
+    assert result.standard_error_um == pytest.approx(10 / np.sqrt(12 * SAMPLES), rel=0.05)
+    assert abs(result.mean_um - 10.0) < 3 * result.standard_error_um
+    for percent, found in zip(PERCENTILES, result.percentiles_um, strict=True):
+        assert found == pytest.approx(5 + percent / 10, abs=0.2)
+
+
+def test_a_shifted_cube_is_as_far_as_geometry_says():
+    half, shift = 50.0, 10.0
+    cube = SurfaceMesh(*box((2 * half,) * 3))
+    moved = SurfaceMesh(*box((2 * half,) * 3, (shift, 0.0, 0.0)))
+    ahead = shift  # the side that goes first leaves the other cube
+    inside = half / 3 * (1 - (1 - shift / half) ** 3)  # the last side lies in it, nearer to its rim
+    slid = shift**2 / (4 * half)  # four slide along themselves, partly over the end
+    result = measured(moved, cube)
+    for summary in (result.a_to_b, result.b_to_a):
+        assert summary.hausdorff_um == pytest.approx(shift)
+        away = summary.mean_um - (ahead + inside + 4 * slid) / 6
+        assert abs(away) < 3 * summary.standard_error_um
+        assert summary.standard_error_um < 0.07
+
+
 def test_exchanging_the_surfaces_exchanges_the_directions():
     a, b = random_surface(1), random_surface(2)
     one, other = measured(a, b), measured(b, a)
@@ -85,10 +116,13 @@ def test_exchanging_the_surfaces_exchanges_the_directions():
 def test_concentric_spheres_are_the_difference_of_their_radii_apart():
     inner, outer = (SurfaceMesh(*sphere(radius, rounds=5)) for radius in (90.0, 100.0))
     result = measured(inner, outer)
+    height = np.einsum("ij,ij->i", outer.vertices[outer.faces[:, 0]], outer.face_normals)
+    least = (height / outer.face_areas / 2).min() / 10  # faces lie deeper than their corners
+    assert least == pytest.approx(10, abs=0.02)
     for summary in (result.a_to_b, result.b_to_a):
-        assert summary.mean_um == pytest.approx(10, abs=0.1)
-        assert summary.rms_um == pytest.approx(10, abs=0.1)
-        assert summary.hausdorff_um == pytest.approx(10, abs=0.2)
+        lengths = (summary.mean_um, summary.rms_um, *summary.percentiles_um, summary.hausdorff_um)
+        for length in lengths:
+            assert least <= length <= 10 + 1e-9
 
 
 @given(seed=SEEDS)
@@ -98,7 +132,36 @@ def test_each_distance_is_to_the_closest_point_of_all_triangles(seed):
     points = np.random.default_rng(seed).normal(scale=200, size=(10, 3))
     triangles = surface.vertices[surface.faces]
     expected = [min(distance_to_triangle(point, t) for t in triangles) for point in points]
-    assert distances_to_surface(points, surface, ignore) == pytest.approx(expected)
+    found = distances_to_surface(points, surface, ignore)
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+def by_meshlab(a, b, samples):
+    """What MeshLab, which descends from METRO, finds with points drawn at random by area."""
+    meshes = pymeshlab.MeshSet()
+    for surface in (a, b):
+        meshes.add_mesh(pymeshlab.Mesh(surface.vertices, surface.faces.astype(np.int32)))
+    return meshes.get_hausdorff_distance(
+        sampledmesh=0,
+        targetmesh=1,
+        samplenum=samples,
+        samplevert=samples == 0,
+        sampleface=samples > 0,
+        maxdist=pymeshlab.PercentageValue(100),
+    )
+
+
+@pytest.mark.parametrize("direction", ["forth", "back"])
+def test_the_figures_are_those_of_meshlab_within_half_a_per_cent(direction):
+    a, b = random_surface(1), random_surface(2)
+    if direction == "back":
+        a, b = b, a
+    own = measure_distances(a, b, ignore, 100_000).a_to_b
+    other = by_meshlab(a, b, 600_000)
+    assert own.mean_um == pytest.approx(other["mean"], rel=0.005)
+    assert own.rms_um == pytest.approx(other["RMS"], rel=0.005)
+    farthest = max(other["max"], by_meshlab(a, b, 0)["max"])
+    assert own.hausdorff_um == pytest.approx(farthest, rel=0.005)
 
 
 def test_the_summary_is_that_of_distances_by_another_library():
@@ -143,6 +206,24 @@ def test_each_face_has_samples_in_proportion_to_its_area(seed):
     assert (np.abs(on).max(axis=1) < np.inf).all()
     inside = (on > -1e-6).all(axis=1)
     assert inside.mean() > 1 - 2 * len(surface.faces) / SAMPLES
+
+
+def test_colours_of_vertices_tell_the_distance_of_the_faces_around_them():
+    large, small = square(0.0, side=20.0), square(3.0, side=20.0)
+    assert distances_of_vertices(small, large, ignore) == pytest.approx([3.0] * 4)
+    ball = SurfaceMesh(*sphere(100.0, rounds=5))
+    fine = SurfaceMesh(*sphere(100.0, rounds=2))  # its corners lie on the ball, its faces within
+    away = distances_of_vertices(fine, ball, ignore)
+    areas = np.bincount(fine.faces.reshape(-1), np.repeat(fine.face_areas / 3, 3))
+    mean = measure_distances(fine, ball, ignore, SAMPLES).a_to_b.mean_um
+    assert areas @ away / areas.sum() == pytest.approx(mean, rel=0.1)
+    assert away.min() > 1.0
+
+
+def test_vertices_without_faces_have_the_colour_of_no_distance():
+    a = square(3.0)
+    stray = SurfaceMesh(np.vstack([a.vertices, [[0, 0, 1000.0]]]), a.faces)
+    assert distances_of_vertices(stray, square(0.0), ignore) == pytest.approx([3.0] * 4 + [0.0])
 
 
 def test_samples_lie_on_the_surface():

@@ -20,7 +20,7 @@ class Banner(QFrame):
         self._text.setWordWrap(True)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._text.setTextFormat(Qt.TextFormat.PlainText)
-        self.help_button = QPushButton()
+        self.help_button = QPushButton("Help")
         self.help_button.clicked.connect(self.asked)
         self.close_button = QToolButton()
         self.close_button.setText("✕")

@@ -247,6 +247,8 @@ class StepsPanel(QWidget):
 
     def _show(self, *_news: object) -> None:
         session, theme = self._session, self._theme
+        if session.beside:
+            return  # the steps are those of the open project
         reason = session.failure.sentence if session.failure else ""
         for card, report in zip(self.cards, report_steps(session), strict=True):
             card.show_report(report, reason, theme)

@@ -30,9 +30,9 @@ from flyreg_gui.sliders import WEIGHT_SCALE
 
 Index = QModelIndex | QPersistentModelIndex
 
-WEIGHT_WIDTH = 104
+WEIGHT_WIDTH = 110
 PADDING, SWATCH = 10, 10
-NUMBER_WIDTH = 36
+NUMBER_WIDTH = 42
 INSET = 9
 GROOVE, HANDLE = 3.0, 5.0
 
@@ -144,6 +144,7 @@ class LandmarkTableView(QTableView):
         self.setShowGrid(False)
         self.setAlternatingRowColors(True)
         self.setWordWrap(False)
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self.setTabKeyNavigation(False)
         self.verticalHeader().hide()
         self.setIconSize(QSize(SWATCH, SWATCH))

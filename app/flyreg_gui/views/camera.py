@@ -23,6 +23,16 @@ VIEW_ANGLE = 24.0
 MARGIN = 1.12
 """How much more than the brain a camera sees from the front."""
 
+SIDES: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
+    "front": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
+    "back": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
+    "left": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+    "right": ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+    "top": ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+    "bottom": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
+}
+"""Sides of the animal: where the camera is, and what is up. From the front its left is at the right."""
+
 ABOVE, FARTHER = (0.25, 0.75, 0.65), 1.15
 """Towards the viewer's right, dorsal, anterior: where a brain is seen from obliquely, and how far off
 compared to the front."""
@@ -66,10 +76,26 @@ class Pose:
     @classmethod
     def from_front(cls, space: ViewSpace, aspect: float) -> Pose:
         """Return the pose that sees the whole brain from the front, dorsal up."""
-        width, height, depth = space.size
+        return cls.from_side(space, aspect, "front")
+
+    @classmethod
+    def from_side(cls, space: ViewSpace, aspect: float, side: str) -> Pose:
+        """Return the pose that sees the whole brain from one of `SIDES`."""
+        direction, up = np.array(SIDES[side][0]), np.array(SIDES[side][1])
+        depth, height = np.abs(direction) @ space.size, np.abs(up) @ space.size
+        width = np.abs(np.cross(direction, up)) @ space.size
         half = max(height, width / max(aspect, 0.1)) / 2 * MARGIN
         distance = half / np.tan(np.deg2rad(VIEW_ANGLE) / 2) + depth / 2
-        return cls((0.0, 0.0, float(distance)), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+        position = tuple((float(distance) * direction).tolist())
+        return cls(position, (0.0, 0.0, 0.0), SIDES[side][1])
+
+    def turned_as(self, other: Pose) -> Pose:
+        """Return this pose with the direction of another one, from where it is looking at."""
+        focal = np.array(self.focal_point)
+        distance = np.linalg.norm(np.array(self.position) - focal)
+        away = np.array(other.position) - np.array(other.focal_point)
+        position = focal + distance * away / np.linalg.norm(away)
+        return Pose(tuple(position.tolist()), self.focal_point, other.up)
 
     @classmethod
     def from_above(cls, space: ViewSpace, aspect: float) -> Pose:
@@ -87,6 +113,7 @@ class CameraLink(QObject):
         super().__init__(parent)
         self._views = views
         self.is_on = True
+        self.is_rotation_only = False
         for view in views:
             view.canvas.camera_moved.connect(lambda view=view: self._on_moved(view))
 
@@ -96,9 +123,14 @@ class CameraLink(QObject):
         if on:
             self._on_moved(self._views[0])
 
+    def set_rotation_only(self, on: bool) -> None:
+        """Link only the directions, so that each brain can be enlarged by itself."""
+        self.is_rotation_only = on
+
     def _on_moved(self, moved: SurfaceView) -> None:
         pose = moved.pose()
         if self.is_on and pose is not None:
             for view in self._views:
-                if view is not moved:
-                    view.set_pose(pose)
+                own = view.pose()
+                if view is not moved and own is not None:
+                    view.set_pose(own.turned_as(pose) if self.is_rotation_only else pose)

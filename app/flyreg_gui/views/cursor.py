@@ -7,17 +7,17 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pyvista as pv
-from PySide6.QtCore import QObject, QPointF, QTimer, Signal
-from pyvista import BasePlotter
-from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
+from PySide6.QtCore import QObject, QPoint, QPointF, Qt, QTimer, Signal
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QWidget
 
 from flyreg_core.frame import LEFT_RIGHT
 from flyreg_core.mesh import Floats
 from flyreg_core.results import Results
 from flyreg_core.same_place import PlaceFinder, SamePlace
 from flyreg_gui.session import Session
-from flyreg_gui.theme import Color, unit
+from flyreg_gui.theme import Color
+from flyreg_gui.views.canvas import Canvas
 from flyreg_gui.views.flat_view import FlatView
 from flyreg_gui.views.picking import is_open
 from flyreg_gui.views.surface_view import SurfaceView
@@ -31,65 +31,67 @@ COLOR: Color = (120, 255, 90)
 RIM: Color = (10, 40, 10)
 RADIUS, ARM = 7.0, 12.0
 """Of the ring, and how far its four arms reach, in pixels."""
-CORNERS = 32
+MIDDLE = 15
+"""Of the mark's widget, from its corner."""
+FAR = 20_000.0
+"""Pixels; what lies beyond is drawn nowhere, and Qt counts no further."""
 HIDDEN = 0.45
 """Opacity of the mark where the brain lies before it."""
 CLEARANCE = 0.004
 """A place so little behind the surface, in diagonals, is not hidden by it."""
 
 
-class CursorMark:
-    """A ring with four arms at a place, of one size on the screen, before everything."""
+class CursorMark(QWidget):
+    """A ring with four arms over a view, before everything.
 
-    def __init__(self, plotter: BasePlotter) -> None:
-        self._actors = []
-        for color, width in ((RIM, 4.0), (COLOR, 1.8)):
-            mapper, actor = vtkPolyDataMapper2D(), vtkActor2D()
-            actor.SetMapper(mapper)
-            actor.PickableOff()
-            actor.VisibilityOff()
-            actor.GetProperty().SetColor(*unit(color))
-            place = vtkCoordinate()
-            place.SetCoordinateSystemToWorld()
-            actor.GetPositionCoordinate().SetCoordinateSystemToViewport()
-            actor.GetPositionCoordinate().SetReferenceCoordinate(place)
-            plotter.renderer.AddViewProp(actor)
-            self._actors.append((actor, mapper, width))
+    It lies beside the canvas in its frame and not in it, or Qt would draw the scene anew for each
+    of its steps.
+    """
 
-    def set_scale(self, scale: float) -> None:
-        """Take the device's pixels per point."""
-        for actor, mapper, width in self._actors:
-            mapper.SetInputData(_ring(scale))
-            actor.GetProperty().SetLineWidth(scale * width)
+    def __init__(self, canvas: Canvas) -> None:
+        super().__init__(canvas.parentWidget())
+        self._canvas = canvas
+        self._point: Floats | None = None
+        self._opacity = 1.0
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.resize(2 * MIDDLE, 2 * MIDDLE)
+        self.hide()
+        canvas.camera_moved.connect(self._place)
+        canvas.resized.connect(self._place)
 
-    def show(self, point: Floats | None, opacity: float = 1.0) -> None:
+    def show_at(self, point: Floats | None, opacity: float = 1.0) -> None:
         """Mark a (3,) point of the scene, or none."""
-        for actor, _, _ in self._actors:
-            actor.SetVisibility(point is not None)
-            if point is not None:
-                actor.GetPositionCoordinate().GetReferenceCoordinate().SetValue(*point)
-                actor.GetProperty().SetOpacity(opacity)
+        self._point, self._opacity = point, opacity
+        self._place()
+        self.update()
 
     @property
     def point(self) -> Floats | None:
         """What is marked."""
-        actor = self._actors[0][0]
-        if not actor.GetVisibility():
-            return None
-        return np.array(actor.GetPositionCoordinate().GetReferenceCoordinate().GetValue())
+        return self._point
 
+    def _place(self) -> None:
+        """Follow the point to where the camera shows it."""
+        self.setVisible(self._point is not None and self._canvas.isVisible())
+        if self._point is not None:
+            pixels, _ = self._canvas.to_pixels(self._point[None])
+            x, y = np.round(np.clip(pixels[0], -FAR, FAR)).astype(int)
+            self.move(self._canvas.pos() + QPoint(int(x) - MIDDLE, int(y) - MIDDLE))
+            self.raise_()
 
-def _ring(scale: float) -> pv.PolyData:
-    angles = np.linspace(0, 2 * np.pi, CORNERS, endpoint=False)
-    ring = RADIUS * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(CORNERS)])
-    ways = np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
-    arms = np.stack([RADIUS * ways, ARM * ways], axis=1).reshape(-1, 3)
-    own = np.arange(CORNERS)
-    lines = np.concatenate(
-        [np.column_stack([own, np.roll(own, -1)]), CORNERS + np.arange(8).reshape(4, 2)]
-    )
-    cells = np.column_stack([np.full(len(lines), 2), lines]).reshape(-1)
-    return pv.PolyData(scale * np.concatenate([ring, arms]), lines=cells)
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw the ring, first its dark rim."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setOpacity(self._opacity)
+        painter.translate(MIDDLE, MIDDLE)
+        for color, width in ((RIM, 4.0), (COLOR, 1.8)):
+            painter.setPen(QPen(QColor(*color), width))
+            painter.drawEllipse(QPointF(0, 0), RADIUS, RADIUS)
+            for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)):
+                start, end = QPointF(x, y) * RADIUS, QPointF(x, y) * ARM
+                painter.drawLine(start, end)
+        painter.end()
 
 
 class Cursor(QObject):
@@ -114,11 +116,6 @@ class Cursor(QObject):
             view.canvas.left.connect(self.leave)
         session.results_changed.connect(self._on_results)
 
-    def show_scale(self) -> None:
-        """Take the device's pixels per point."""
-        for view, mark in self.marks.items():
-            mark.set_scale(view.canvas.devicePixelRatioF())
-
     def leave(self) -> None:
         """Mark nothing any more."""
         self._asked = None
@@ -127,6 +124,18 @@ class Cursor(QObject):
     def point_in(self, view: SurfaceView | FlatView) -> Floats | None:
         """Return where the place is in a view."""
         return self.marks[view].point
+
+    def point_of(self, view: SurfaceView | FlatView | None) -> Floats | None:
+        """Return the point of a view's scene that is pointed at, if the mouse is in it."""
+        results, place, area = self._results, self.place, self._area
+        if view is None or results is None or place is None:
+            return None
+        if isinstance(view, FlatView):
+            return None if place.plane is None else view.raised_mark(place.plane)
+        if view is area.target:
+            return place.target.on(results.target.surface)
+        brain = results.source if view is area.source else results.registration
+        return place.source.on(brain.surface)
 
     def _on_hovered(self, view: SurfaceView | FlatView, position: QPointF) -> None:
         self._asked = (view, position)
@@ -184,8 +193,7 @@ class Cursor(QObject):
             if area.is_on_other_business(view) or is_pointed_at:
                 point = None
             if point is not None or self.marks[view].point is not None:
-                self.marks[view].show(point, _opacity(view, point))
-                view.canvas.refresh()
+                self.marks[view].show_at(point, _opacity(view, point))
         self.moved.emit("" if place is None or results is None else describe(place, results))
 
 
@@ -194,8 +202,9 @@ def _opacity(view: SurfaceView | FlatView, point: Floats | None) -> float:
         return 1.0
     pixels, depths = view.canvas.to_pixels(point[None])
     surface = view.pickable_surface
-    depth = float(depths[0]) - CLEARANCE * surface.mesh.diagonal
-    return 1.0 if is_open(surface, QPointF(*pixels[0]), depth) else HIDDEN
+    depth = float(depths[0]) - CLEARANCE * view.diagonal
+    is_seen = surface.is_whole_at(point) and is_open(surface, QPointF(*pixels[0]), depth)
+    return 1.0 if is_seen else HIDDEN
 
 
 def describe(place: SamePlace, results: Results) -> str:

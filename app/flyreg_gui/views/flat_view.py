@@ -86,6 +86,8 @@ class FlatView:
         self._ids: tuple[str, ...] = ()
         self._points, self._radii = np.zeros((0, 3)), np.zeros(0)
         self._blend = 0.0
+        self.marker_scale = 1.0
+        self.named: frozenset[str] = frozenset()
         self._is_home = True
         canvas.renderer.GetActiveCamera().SetParallelProjection(True)
         canvas.camera_moved.connect(self._on_camera_moved)
@@ -130,11 +132,11 @@ class FlatView:
         pairs = np.array([landmarks[i].plane[self.half] for i in rows]).reshape(-1, 2, 2)
         starts, ends = raised(pairs[:, 0], MARKER_Z), raised(pairs[:, 1], MARKER_Z)
         self._ids, self._points = tuple(style.ids[i] for i in rows), ends
-        self._radii = style.sizes[rows] * MARKER_RADIUS
+        self._radii = style.sizes[rows] * MARKER_RADIUS * self.marker_scale
         self._markers.show(ends, self._radii, style.colors[rows])
         self._starts.show(starts, 0.45 * self._radii, style.colors[rows])
         self._arrows.show_pairs(raised(pairs[:, 0], ARROW_Z), raised(pairs[:, 1], ARROW_Z))
-        chosen = np.flatnonzero(style.is_selected[rows])[:3]
+        chosen = [row for row, number in enumerate(rows) if style.ids[number] in self.named]
         self._labels.show(ends[chosen], [style.names[rows[i]] for i in chosen])
         self.canvas.refresh()
 
@@ -172,6 +174,14 @@ class FlatView:
     def raised_mark(self, place: Floats) -> Floats:
         """Return the (3,) point of the scene where a (2,) place of the rectangle is marked."""
         return np.append(place, MARKER_Z)
+
+    def focus(self, point: Floats) -> None:
+        """Bring a (3,) point of the scene to the middle."""
+        camera = self.canvas.renderer.GetActiveCamera()
+        camera.SetPosition(point[0], point[1], CAMERA_Z)
+        camera.SetFocalPoint(point[0], point[1], 0)
+        self._is_home = False
+        self.canvas.refresh()
 
     def go_home(self) -> None:
         """See the whole rectangle."""

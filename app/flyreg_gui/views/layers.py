@@ -9,6 +9,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 from pyvista import BasePlotter
+from vtkmodules.vtkCommonDataModel import vtkPlane
 from vtkmodules.vtkRenderingCore import (
     vtkActor,
     vtkCoordinate,
@@ -45,6 +46,7 @@ class SurfaceLayer:
         self._colors: Colors | None = None
         self._shown: tuple[object, object, object] = (None, None, None)
         self._polydata = pv.PolyData()
+        self._clip: vtkPlane | None = None
         self.actor: pv.Actor | None = None
 
     def show(self, vertices: Floats, faces: Integers, colors: Colors) -> bool:
@@ -92,6 +94,7 @@ class SurfaceLayer:
         )
         if self._lit:
             self.actor.prop.interpolation = "Phong"
+        clip_by(self.actor.mapper, self._clip)
 
     def _put_normals(self, faces: Integers) -> None:
         points = np.asarray(self._polydata.points)
@@ -108,6 +111,12 @@ class SurfaceLayer:
         if self.actor is not None:
             self.actor.prop.opacity = opacity
             self.actor.visibility = opacity > 0
+
+    def set_clip(self, plane: vtkPlane | None) -> None:
+        """Draw only what lies where the plane's normal points to, or all."""
+        self._clip = plane
+        if self.actor is not None:
+            clip_by(self.actor.mapper, plane)
 
     def bring_forward(self, steps: float) -> None:
         """Draw the mesh as if it were slightly nearer, over one at the same place."""
@@ -187,6 +196,10 @@ class MarkerLayer:
         self.actor.GetProperty().SetAmbient(0.35)
         self.actor.VisibilityOff()
         plotter.renderer.AddActor(self.actor)
+
+    def set_clip(self, plane: vtkPlane | None) -> None:
+        """Draw only what lies where the plane's normal points to, or all."""
+        clip_by(self._mapper, plane)
 
     def bring_to_front(self) -> None:
         """Draw the balls over everything that is nearer."""
@@ -342,6 +355,13 @@ class LabelLayer:
             style.SetVerticalJustificationToBottom()
             style.SetBackgroundColor(*unit(self._background))
             style.SetBackgroundOpacity(0.7)
+
+
+def clip_by(mapper: Any, plane: vtkPlane | None) -> None:
+    """Have a mapper draw only one side of a plane, or all."""
+    mapper.RemoveAllClippingPlanes()
+    if plane is not None:
+        mapper.AddClippingPlane(plane)
 
 
 def draw_in_front(mapper: Any) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from flyreg_core.mesh import Integers
+from flyreg_core.relief import relief_colors
 from flyreg_core.results import PreparedBrain
 from flyreg_core.torus import ORIGINS
 from flyreg_gui.theme import Color
 from flyreg_gui.views.layers import Colors
-from flyreg_gui.views.relief import relief_colors
 
 ORIGIN_COLORS: dict[str, Color] = {  # Okabe and Ito's palette
     "original": (196, 196, 196),

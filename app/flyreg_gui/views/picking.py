@@ -79,6 +79,10 @@ class PickableSurface:
             float(offset @ np.array(camera.GetDirectionOfProjection())),
         )
 
+    def is_whole_at(self, point: Floats) -> bool:
+        """Tell whether a (3,) point is not cut away."""
+        return self._clip is None or bool(self._clip.keeps(point[None])[0])
+
     @cached_property
     def _is_turned_out(self) -> bool:
         """Faces of mirrored files are turned inwards."""
@@ -110,6 +114,8 @@ def nearest_marker(
             return None
         if surface is None:
             return int(index)
+        if not surface.is_whole_at(points[index]):
+            continue
         front = depths[index] - radii[index]
         sights = [QPointF(*pixels[index])]
         if away[index] * canvas.micrometres_per_pixel() <= radii[index]:

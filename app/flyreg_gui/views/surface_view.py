@@ -7,8 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
+from vtkmodules.vtkCommonDataModel import vtkPlane
 
 from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_gui.panels.cut_bar import Cut
 from flyreg_gui.theme import Theme
 from flyreg_gui.views.camera import VIEW_ANGLE, Pose, ViewSpace
 from flyreg_gui.views.canvas import Canvas
@@ -45,6 +47,11 @@ class SurfaceView:
         self._style: MarkerStyle | None = None
         self._is_home = True
         self._overlay_opacity = 0.0
+        self.marker_scale = 1.0
+        self.named: frozenset[str] = frozenset()  # ids of landmarks whose names are written
+        self._written = self.named
+        self._cut: Cut | None = None
+        self._plane = vtkPlane()
         canvas.renderer.GetActiveCamera().SetViewAngle(VIEW_ANGLE)
         canvas.camera_moved.connect(self._on_camera_moved)
         canvas.resized.connect(self._on_resized)
@@ -71,8 +78,21 @@ class SurfaceView:
                 self.go_home()
             else:
                 self.set_pose(pose)
+            self.set_cut(self._cut)
         if changed:
             self.canvas.refresh()
+
+    def set_cut(self, cut: Cut | None) -> None:
+        """Take away what lies on one side of a plane across the brain, or show it whole."""
+        self._cut, space = cut, self._space
+        self._clip = None if cut is None or space is None else _plane_of(cut, space)
+        if self._clip is not None:
+            self._plane.SetOrigin(*self._clip.origin)
+            self._plane.SetNormal(*-self._clip.normal)
+        plane = None if self._clip is None else self._plane
+        for layer in (self.surface, self.overlay, self._markers, self._half_made):
+            layer.set_clip(plane)
+        self.canvas.refresh()
 
     def show_overlay(self, mesh: SurfaceMesh, colors: NDArray[np.uint8]) -> None:
         """Draw a second brain over the first, as far as the opacity lets it."""
@@ -90,13 +110,14 @@ class SurfaceView:
         """Draw landmarks at (n, 3) points."""
         radii = style.sizes * self._unit_radius()
         known = self._style is not None and self._style.looks_like(style)
+        known = known and self._written == self.named
         if known and np.array_equal(points, self._points) and np.array_equal(radii, self._radii):
             return
-        self._style = style
+        self._style, self._written = style, self.named
         self._ids, self._points = style.ids, points
         self._radii = radii
         self._markers.show(points, self._radii, style.colors)
-        chosen = np.flatnonzero(style.is_selected)[:3]
+        chosen = [row for row, name in enumerate(style.ids) if name in self.named]
         self._labels.show(points[chosen], [style.names[i] for i in chosen])
         self.canvas.refresh()
 
@@ -139,8 +160,14 @@ class SurfaceView:
         self._ids, self._points, self._style = (), NO_POINTS, None
         self.canvas.refresh()
 
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the box around the brain, micrometres; 0 without one."""
+        return self._space.diagonal if self._space else 0.0
+
     def _unit_radius(self) -> float:
-        return MARKER_RADIUS * self._space.diagonal if self._space else 1.0
+        size = MARKER_RADIUS * self.marker_scale
+        return size * self._space.diagonal if self._space else 1.0
 
     # What is under the mouse
 
@@ -175,6 +202,22 @@ class SurfaceView:
             aspect = self.canvas.width() / max(self.canvas.height(), 1)
             self.set_pose(Pose.from_front(self._space, aspect))
         self._is_home = True
+
+    def look_from(self, side: str) -> None:
+        """See the whole brain from a side of the animal."""
+        if self._space is not None:
+            aspect = self.canvas.width() / max(self.canvas.height(), 1)
+            self.set_pose(Pose.from_side(self._space, aspect, side))
+
+    def focus(self, point: Floats) -> None:
+        """Bring a (3,) point to the middle, from the direction and distance of now; turn around it."""
+        camera = self.canvas.renderer.GetActiveCamera()
+        shift = point - np.array(camera.GetFocalPoint())
+        camera.SetFocalPoint(*point)
+        camera.SetPosition(*(np.array(camera.GetPosition()) + shift))
+        self._is_home = False
+        self.canvas.refresh()
+        self.canvas.camera_moved.emit()
 
     @property
     def is_home(self) -> bool:
@@ -222,3 +265,10 @@ class SurfaceView:
     def _on_resized(self) -> None:
         if self._is_home:
             self.go_home()
+
+
+def _plane_of(cut: Cut, space: ViewSpace) -> ClipPlane:
+    """Return a cut in the coordinates of a brain."""
+    along = space.axes[cut.axis]
+    reach = space.diagonal * space.size[cut.axis] * (cut.share - 0.5)
+    return ClipPlane(space.center + reach * along, -along if cut.is_turned else along)

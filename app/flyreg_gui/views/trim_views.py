@@ -8,13 +8,13 @@ from PySide6.QtCore import QPointF, Qt
 from flyreg_core.edits import Role
 from flyreg_core.frame import ANTERO_POSTERIOR, LEFT_RIGHT
 from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.relief import relief_colors
 from flyreg_gui.session import BrainOnShow, Session
 from flyreg_gui.theme import CUT, SOURCE, TARGET, TRIM, Theme
 from flyreg_gui.trim_mode import Knob, TrimMode, TrimPlaces, beyond, label_of
 from flyreg_gui.views.camera import Pose, ViewSpace
 from flyreg_gui.views.layers import Colors, DotLayer, LabelLayer, SheetLayer
 from flyreg_gui.views.picking import MARKER_REACH
-from flyreg_gui.views.relief import relief_colors
 from flyreg_gui.views.surface_view import SurfaceView
 
 MARGIN = 0.06

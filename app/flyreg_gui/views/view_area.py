@@ -8,14 +8,17 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import ArrayLike
 from PySide6.QtCore import QPointF, Qt
-from PySide6.QtWidgets import QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from flyreg_core import edits
 from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats
+from flyreg_core.relief import relief_colors
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.drill_mode import DrillMode
+from flyreg_gui.judging import STATUS_KEY, Judging
 from flyreg_gui.landmark_mode import LandmarkMode, Point, end_point
+from flyreg_gui.panels.cut_bar import CutBar
 from flyreg_gui.preparing import ROLES, Remains
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
@@ -23,6 +26,7 @@ from flyreg_gui.steps import short_name
 from flyreg_gui.theme import SOURCE, TARGET, Color, Theme
 from flyreg_gui.trim_mode import TrimMode
 from flyreg_gui.tunnels import Tunnels
+from flyreg_gui.views.arrangement import Arrangement
 from flyreg_gui.views.camera import CameraLink, ViewSpace
 from flyreg_gui.views.canvas import Canvas, FlatCanvas
 from flyreg_gui.views.cursor import Cursor
@@ -31,13 +35,16 @@ from flyreg_gui.views.landmark_hand import LandmarkHand
 from flyreg_gui.views.layers import Colors
 from flyreg_gui.views.markers import style_markers
 from flyreg_gui.views.origins import key_of, origin_colors
-from flyreg_gui.views.relief import relief_colors
 from flyreg_gui.views.surface_view import SurfaceView
 from flyreg_gui.views.trim_views import TrimViews
 from flyreg_gui.views.tunnel_views import TunnelViews
 from flyreg_gui.views.view_frame import ViewFrame
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
+MOST_NAMED = 3
+"""As many of the selected landmarks have their names written."""
+ROLES_OF_FRAMES: tuple[Role, ...] = ("source", "target", "source", "source", "source")
+"""Whose vertices carry the colours in each view; in the flat ones those of the moved source."""
 
 
 class _Look:
@@ -47,9 +54,12 @@ class _Look:
         self.brain, self._color = brain, color
         self.space = ViewSpace.of(brain.surface, brain.frame)
 
-    def colors(self, by_origin: bool) -> Colors:
-        """Return the colours of the vertices: the brain's own, or by where they come from."""
-        return self._by_origin if by_origin else self._plain
+    def colors(self, role: Role, judging: Judging) -> Colors:
+        """Return the colours of the vertices: the brain's own, or what is chosen to judge by."""
+        if judging.is_by_origin:
+            return self._by_origin
+        judged = judging.colors_of(role, self.brain.surface)
+        return self._plain if judged is None else judged
 
     @cached_property
     def _plain(self) -> Colors:
@@ -76,13 +86,17 @@ class ViewArea(QWidget):
         tunnels: Tunnels,
         drill: DrillMode,
         trim: TrimMode,
+        judging: Judging,
     ) -> None:
         super().__init__()
         self._session, self._selection, self._mode = session, selection, mode
-        self._trim = trim
+        self._trim, self._judging = trim, judging
         self._theme: Theme | None = None
         self._looks: dict[Role, _Look] = {}
-        self._by_origin = False
+        self._blend = 0.0
+        self._instead: float | None = None
+        self.marker_scale, self._are_markers_shown, self._are_own_named = 1.0, True, False
+        self.cut_bar = CutBar()
         self._make_frames()
         self._arrange()
         self.source = SurfaceView(self.frames[0].canvas)
@@ -115,6 +129,9 @@ class ViewArea(QWidget):
         selection.changed.connect(self._show_landmarks)
         mode.changed.connect(self._on_mode)
         trim.changed.connect(self._on_trim)
+        judging.changed.connect(self._on_judging)
+        self.cut_bar.changed.connect(self._on_cut)
+        self.arrangement.changed.connect(self._show_keys)
 
     def _make_frames(self) -> None:
         titles = (
@@ -134,24 +151,15 @@ class ViewArea(QWidget):
             frame.canvas for frame in self.frames if isinstance(frame.canvas, FlatCanvas)
         ]
         for frame in self.frames:
-            frame.maximise_asked.connect(partial(self.toggle_maximised, frame))
+            frame.maximise_asked.connect(partial(self._on_maximise_asked, frame))
 
     def _arrange(self) -> None:
-        top, bottom = QSplitter(Qt.Orientation.Horizontal), QSplitter(Qt.Orientation.Horizontal)
-        self._rows = (top, bottom)
-        for row, frames in zip(self._rows, (self.frames[:3], self.frames[3:]), strict=True):
-            row.setChildrenCollapsible(False)
-            for frame in frames:
-                row.addWidget(frame)
-            row.setSizes([1000] * len(frames))
-        both = QSplitter(Qt.Orientation.Vertical)
-        both.setChildrenCollapsible(False)
-        both.addWidget(top)
-        both.addWidget(bottom)
-        both.setSizes([1000, 1000])
+        self.arrangement = Arrangement(self.frames)
         layout = QVBoxLayout(self)
-        layout.setContentsMargins(4, 4, 4, 4)
-        layout.addWidget(both)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self.cut_bar)
+        layout.addWidget(self.arrangement, 1)
 
     # What the window asks for
 
@@ -164,18 +172,50 @@ class ViewArea(QWidget):
             view.show_theme(theme)
         self.tunnel_views.show_theme(theme)
         self.trim_views.show_theme(theme)
-        self.pointer.show_scale()
         self._show_landmarks()
 
     def set_blend(self, blend: float) -> None:
         """Show the registered source at 0, the target at 1, where both are on show."""
+        self._blend = blend
+        self._show_blend()
+
+    def show_instead(self, blend: float | None) -> None:
+        """Show another blend for a while, or again the one that was set."""
+        self._instead = blend
+        self._show_blend()
+
+    def _show_blend(self) -> None:
+        blend = self._blend if self._instead is None else self._instead
         self.registered.set_overlay_opacity(blend)
         for view in self.flat_views:
             view.set_blend(blend)
 
-    def set_by_origin(self, on: bool) -> None:
-        """Colour prepared surfaces by where they come from, or plainly."""
-        self._by_origin = on
+    def set_marker_scale(self, scale: float) -> None:
+        """Draw landmarks larger or smaller than at first."""
+        self.marker_scale = scale
+        for view in self.views:
+            view.marker_scale = scale
+        self._show_landmarks()
+
+    def set_markers_shown(self, shown: bool) -> None:
+        """Show or hide landmarks."""
+        self._are_markers_shown = shown
+        self._show_landmarks()
+
+    def set_own_named(self, on: bool) -> None:
+        """Write the names of the user's own landmarks, besides those of the selected ones."""
+        self._are_own_named = on
+        self._show_landmarks()
+
+    def _on_cut(self) -> None:
+        """Cut the brains; those that are being trimmed stay whole."""
+        for view in self.surface_views:
+            view.set_cut(None if self.is_on_other_business(view) else self.cut_bar.cut)
+
+    def _on_maximise_asked(self, frame: ViewFrame) -> None:
+        self.arrangement.toggle_maximised(frame)
+
+    def _on_judging(self) -> None:
         if self._session.results is not None:
             self._show_brains(self._session.results)
 
@@ -195,15 +235,6 @@ class ViewArea(QWidget):
         """Tell whether a view shows a brain as read, for trimming, and not as prepared."""
         return self._trim.is_on and view in (self.source, self.target)
 
-    def toggle_maximised(self, frame: ViewFrame) -> None:
-        """Give the whole area to one view, or share it again."""
-        shown = [other for other in self.frames if not other.isHidden()]
-        restore = shown == [frame]
-        for row in self._rows:
-            row.setVisible(restore or row.indexOf(frame) >= 0)
-        for other in self.frames:
-            other.setVisible(restore or other is frame)
-
     def close_canvases(self) -> None:
         """End VTK in each view; nothing can be drawn afterwards."""
         for frame in self.frames:
@@ -220,7 +251,7 @@ class ViewArea(QWidget):
                 view.clear()
             for frame in self.frames:
                 frame.title.set_detail("")
-                frame.show_legend([])
+            self._show_keys()
             return
         self._show_brains(results)
         self._show_landmarks()
@@ -244,9 +275,9 @@ class ViewArea(QWidget):
 
     def _on_trim(self) -> None:
         """Leave the views of the two brains to trimming, or take them back."""
+        self._on_cut()
         if self._trim.is_on:
-            for frame in self.frames[:2]:
-                frame.show_legend([])
+            self._show_keys()
             self.source.clear_landmarks()
             self.target.clear_landmarks()
             self.trim_views.show()
@@ -262,10 +293,12 @@ class ViewArea(QWidget):
         target = self._look("target", results.target, TARGET)
         mine, other = results.source.surface, results.target.surface
         moved = results.registration.surface
-        mine_colors, other_colors = (look.colors(self._by_origin) for look in (source, target))
-        for frame, look in zip(self.frames, (source, target, source), strict=False):
-            is_shown = self._by_origin and not (self._trim.is_on and frame in self.frames[:2])
-            frame.show_legend(look.key if is_shown else [])
+        judging = self._judging
+        mine_colors, other_colors = (
+            source.colors("source", judging),
+            target.colors("target", judging),
+        )
+        self._show_keys()
         if not self._trim.is_on:
             self.source.show_surface(mine, mine_colors, source.space)
             self.target.show_surface(other, other_colors, target.space)
@@ -279,6 +312,24 @@ class ViewArea(QWidget):
         for frame in self.frames[3:]:
             frame.title.set_detail("moved source over target, seen from outside")
 
+    def _show_keys(self) -> None:
+        """Say what the colours mean, of each brain in the first of its views that is shown."""
+        judging, judged = self._judging, self._judging.judged
+        explained: set[Role] = set()
+        for frame, role in zip(self.frames, ROLES_OF_FRAMES, strict=True):
+            look = self._looks.get(role)
+            key: list[tuple[Color, str, str]] = []
+            scale = None
+            is_raw = self._trim.is_on and frame in self.frames[:2]
+            if look is not None and not is_raw and not frame.isHidden() and role not in explained:
+                if judging.is_by_origin:
+                    key = look.key
+                elif judging.colors_of(role, look.brain.surface) is not None and judged:
+                    key, scale = (STATUS_KEY, None) if judged.is_kinds else ([], judged)
+                explained.add(role)
+            frame.show_legend(key)
+            frame.show_scale(scale)
+
     def _look(self, role: Role, brain: PreparedBrain, color: Color) -> _Look:
         known = self._looks.get(role)
         if known is None or known.brain is not brain:
@@ -289,7 +340,12 @@ class ViewArea(QWidget):
         results = self._session.results
         if results is None or self._theme is None:
             return
-        landmarks = results.landmarks
+        landmarks = results.landmarks if self._are_markers_shown else ()
+        named = list(self._selection.ids[:MOST_NAMED])
+        if self._are_own_named:
+            named += [mark.pair.id for mark in landmarks if mark.pair.origin == "user"]
+        for view in self.views:
+            view.named = frozenset(named)
         style = style_markers(landmarks, self._selection.ids, self._theme)
         sources = points_of([landmark.source_point for landmark in landmarks])
         targets = points_of([landmark.target_point for landmark in landmarks])
@@ -298,8 +354,8 @@ class ViewArea(QWidget):
             self.target.show_landmarks(targets, style)
             self._show_half_made(results)
         self.registered.show_landmarks(targets, style)
-        for view in self.flat_views:
-            view.show_landmarks(landmarks, style)
+        for flat in self.flat_views:
+            flat.show_landmarks(landmarks, style)
 
     def _show_half_made(self, results: Results) -> None:
         """Show the ends of landmarks that are placed on one brain only."""

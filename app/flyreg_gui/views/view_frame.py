@@ -8,8 +8,10 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QMouseEvent, QResizeEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout
 
+from flyreg_gui.judging import Judged
 from flyreg_gui.theme import Color, Theme, css
 from flyreg_gui.views.canvas import Canvas
+from flyreg_gui.views.color_scale import ColorScale
 
 
 class ElidedLabel(QLabel):
@@ -96,6 +98,7 @@ class ViewFrame(QFrame):
         self.legend = QLabel(self)
         self.legend.setTextFormat(Qt.TextFormat.RichText)
         self.legend.hide()
+        self.scale = ColorScale(self)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -107,6 +110,7 @@ class ViewFrame(QFrame):
     def show_theme(self, theme: Theme) -> None:
         """Take the colours of a theme; the canvas takes its own."""
         self.title.show_theme(theme)
+        self.scale.show_theme(theme)
         self._note.setStyleSheet(f"color: {css(theme.faint)};")
         self.legend.setStyleSheet(
             f"background: {css(theme.background)}; color: {css(theme.text)};"
@@ -119,6 +123,11 @@ class ViewFrame(QFrame):
         self.legend.setText("<br>".join(rows))
         self.legend.setToolTip("\n".join(f"{text}: {meaning}" for _, text, meaning in key))
         self.legend.setVisible(bool(key))
+        self._place_note()
+
+    def show_scale(self, judged: Judged | None) -> None:
+        """Say by a bar what colours mean, or take it away."""
+        self.scale.show_judged(judged)
         self._place_note()
 
     def set_empty(self, empty: bool) -> None:
@@ -136,3 +145,5 @@ class ViewFrame(QFrame):
         corner = self.canvas.geometry().bottomLeft()
         self.legend.move(corner.x() + 6, corner.y() - self.legend.height() - 6)
         self.legend.raise_()
+        self.scale.move(corner.x() + 6, corner.y() - self.scale.height() - 6)
+        self.scale.raise_()

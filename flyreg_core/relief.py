@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flyreg_core.color_maps import Color
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.smooth import averaging_matrix
-from flyreg_gui.theme import Color
 
 PASSES = 40
 """How far the surface is smoothed to tell bumps from the rest."""
@@ -27,6 +27,7 @@ def relief_colors(surface: SurfaceMesh, color: Color | NDArray[np.integer]) -> N
     for _ in range(PASSES):
         smoothed = matrix @ smoothed
     height = np.einsum("ij,ij->i", surface.vertices - smoothed, surface.vertex_normals)
+    height *= 1.0 if surface.volume >= 0 else -1.0  # in mirrored files normals point inwards
     return _tinted(height, color)
 
 

@@ -1,0 +1,170 @@
+"""A notice that the spline folds the surface, which landmarks do it, and what helps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
+
+from flyreg_core import edits
+from flyreg_core.results import Results
+from flyreg_gui.session import Session
+from flyreg_gui.steps import count_folds
+from flyreg_gui.theme import Theme, css
+
+WEAKER = 0.25
+"""What a weight is multiplied by to weaken a landmark."""
+STRONGER = 10.0
+"""What λ is multiplied by to raise it."""
+LEAST_SMOOTHING = 1e-4
+"""What λ is raised to where it is 0 or almost."""
+NAMED = 3
+"""As many culprits are named."""
+
+
+@dataclass(frozen=True)
+class Culprit:
+    """A landmark near which the surface folds."""
+
+    id: str
+    name: str
+    weight: float
+    moved: int  # vertices that were moved to mend folds, nearer to it than to any other
+
+
+@dataclass(frozen=True)
+class Folds:
+    """What is to be said about the folds of a registration."""
+
+    mended: int  # triangles that the spline flipped and that were turned back
+    left: int  # triangles still upside down
+    culprits: tuple[Culprit, ...]  # the worst first
+
+    @classmethod
+    def of(cls, results: Results) -> Folds:
+        """Return the folds of a measured registration."""
+        halves = results.registration.halves.values()
+        by_id = results.judgement.folds_by_landmark if results.judgement else {}
+        pairs = {mark.pair.id: mark.pair for mark in results.landmarks}
+        culprits = [
+            Culprit(name, pairs[name].name, pairs[name].weight, count)
+            for name, count in by_id.items()
+            if name in pairs
+        ]
+        worst = sorted(culprits, key=lambda culprit: -culprit.moved)
+        return cls(sum(half.folds_mended for half in halves), count_folds(results), tuple(worst))
+
+    def sentence(self) -> str:
+        """Return what happened, where, and how much of it."""
+        if self.left:
+            what = f"{_triangles(self.left)} of the registered surface lie upside down"
+        else:
+            what = f"the spline folded {_triangles(self.mended)}, which were laid flat again"
+        named = [f"{c.name} ({c.moved} vertices)" for c in self.culprits[:NAMED]]
+        more = len(self.culprits) - len(named)
+        where = f", near {', '.join(named)}" if named else ""
+        rest = f" and {more} more" if more else ""
+        return f"{what[0].upper()}{what[1:]}{where}{rest}."
+
+
+class FoldAlarm(QFrame):
+    """The notice, with a button for each remedy; each is one edit that undo takes back."""
+
+    def __init__(self, session: Session) -> None:
+        super().__init__()
+        self.setObjectName("alarm")
+        self._session = session
+        self._dismissed: tuple[str, ...] | None = None  # whose folds the user has seen
+        self.folds = Folds(0, 0, ())
+        self._text = QLabel()
+        self._text.setWordWrap(True)
+        self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self.weaken_button, self.smooth_button = QPushButton("Weaken"), QPushButton("Smooth")
+        self.close_button = QToolButton()
+        self.close_button.setText("✕")
+        self.close_button.setAutoRaise(True)
+        self.close_button.setToolTip("Dismiss until other landmarks fold the surface")
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(10, 4, 6, 4)
+        layout.addWidget(self._text, 1)
+        buttons: tuple[QWidget, ...] = (self.weaken_button, self.smooth_button, self.close_button)
+        for button in buttons:
+            layout.addWidget(button)
+        self.weaken_button.clicked.connect(self.weaken)
+        self.smooth_button.clicked.connect(self.raise_smoothing)
+        self.close_button.clicked.connect(self._on_dismissed)
+        session.results_changed.connect(self._on_results)
+        self.hide()
+
+    @property
+    def text(self) -> str:
+        """What is on show; empty if nothing is."""
+        return "" if self.isHidden() else self._text.text()
+
+    def show_theme(self, theme: Theme) -> None:
+        """Take the colours of a theme."""
+        ground = "#453a1a" if theme.is_dark else "#fdf3d6"
+        self.setStyleSheet(
+            f"#alarm {{ background: {ground}; border-bottom: 1px solid {css(theme.faint)}; }}"
+            f"#alarm QLabel {{ color: {css(theme.text)}; }}"
+        )
+
+    def weaken(self) -> None:
+        """Give the worst culprit a quarter of its weight."""
+        project = self._session.project
+        if project is not None and self.folds.culprits:
+            worst = self.folds.culprits[0]
+            changed = edits.set_weight(project, worst.id, worst.weight * WEAKER)
+            self._session.edit(f"weaken {worst.name}", changed)
+
+    def raise_smoothing(self) -> None:
+        """Let the spline follow all landmarks less closely."""
+        project = self._session.project
+        if project is not None:
+            changed = edits.set_smoothing(project, _raised(project.smoothing))
+            self._session.edit("raise λ", changed)
+
+    def _on_results(self, results: Results | None) -> None:
+        if results is None:
+            self._dismissed = None
+            self.hide()
+        elif results.judgement is not None:  # else the hand still moves, and the notice stays
+            self.folds = Folds.of(results)
+            self._show(results)
+
+    def _show(self, results: Results) -> None:
+        folds = self.folds
+        if not folds.mended and not folds.left:
+            self._dismissed = None
+        is_new = self._culprits() != self._dismissed
+        self.setVisible(is_new and bool(folds.mended or folds.left))
+        self._text.setText(folds.sentence())
+        self.weaken_button.setVisible(bool(folds.culprits))
+        if folds.culprits:
+            worst = folds.culprits[0]
+            self.weaken_button.setText(f"Weaken {worst.name}")
+            self.weaken_button.setToolTip(
+                f"Weight {worst.weight:.3g} → {worst.weight * WEAKER:.3g} (undo takes it back)"
+            )
+        smoothing = results.project.smoothing
+        self.smooth_button.setText(f"Raise λ to {_raised(smoothing):.2g}")
+        self.smooth_button.setToolTip(
+            f"The spline follows all landmarks less closely: λ is {smoothing:.2g} now"
+        )
+
+    def _culprits(self) -> tuple[str, ...]:
+        return tuple(sorted(culprit.id for culprit in self.folds.culprits[:NAMED]))
+
+    def _on_dismissed(self) -> None:
+        self._dismissed = self._culprits()
+        self.hide()
+
+
+def _raised(smoothing: float) -> float:
+    return max(smoothing * STRONGER, LEAST_SMOOTHING)
+
+
+def _triangles(count: int) -> str:
+    return "1 triangle" if count == 1 else f"{count:,} triangles"

@@ -1,0 +1,94 @@
+"""The legend of a quantity: a bar of its colours with numbers, over a corner of a view."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtWidgets import QWidget
+
+from flyreg_gui.judging import Judged, text_of
+from flyreg_gui.theme import Theme
+
+BAR_WIDTH, BAR_HEIGHT = 130, 9
+PADDING = 6
+TICKS = 3
+
+
+class ColorScale(QWidget):
+    """A bar with the ends of its range and the middle, and what it is about."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._judged: Judged | None = None
+        self._theme: Theme | None = None
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.hide()
+
+    def show_theme(self, theme: Theme) -> None:
+        """Take the colours of a theme."""
+        self._theme = theme
+        self.update()
+
+    def show_judged(self, judged: Judged | None) -> None:
+        """Show the scale of a quantity, or nothing."""
+        self._judged = judged
+        self.setVisible(judged is not None)
+        if judged is not None:
+            self.setAccessibleName(f"{judged.quantity.title}: {', '.join(self.texts)}")
+            self.resize(self.sizeHint())
+            self.update()
+
+    @property
+    def texts(self) -> list[str]:
+        """The numbers at the bar."""
+        judged = self._judged
+        if judged is None:
+            return []
+        values = np.linspace(judged.low, judged.high, TICKS)
+        return [text_of(float(value), judged.quantity.unit) for value in values]
+
+    def sizeHint(self) -> QSize:
+        """Return room for the title, the bar and its numbers."""
+        metrics = self.fontMetrics()
+        title = metrics.horizontalAdvance(self._judged.quantity.title) if self._judged else 0
+        numbers = sum(metrics.horizontalAdvance(text) + 10 for text in self.texts)
+        width = max(BAR_WIDTH, title, numbers) + 2 * PADDING
+        return QSize(width, 2 * metrics.height() + BAR_HEIGHT + 2 * PADDING + 4)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw title, bar and numbers."""
+        judged, theme = self._judged, self._theme
+        if judged is None or theme is None:
+            return
+        painter = QPainter(self)
+        ground = QColor(*theme.background)
+        ground.setAlpha(225)
+        painter.setPen(QColor(*theme.faint))
+        painter.setBrush(ground)
+        painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
+        painter.setPen(QColor(*theme.text))
+        line, inner = self.fontMetrics().height(), self.width() - 2 * PADDING
+        painter.drawText(
+            QRect(PADDING, PADDING, inner, line), Qt.AlignmentFlag.AlignLeft, judged.quantity.title
+        )
+        bar = QRect(PADDING, PADDING + line + 2, inner, BAR_HEIGHT)
+        painter.drawImage(bar, bar_image(judged))
+        below = QRect(PADDING, bar.bottom() + 3, inner, line)
+        for text, side in zip(
+            self.texts,
+            (
+                Qt.AlignmentFlag.AlignLeft,
+                Qt.AlignmentFlag.AlignHCenter,
+                Qt.AlignmentFlag.AlignRight,
+            ),
+            strict=True,
+        ):
+            painter.drawText(below, side, text)
+        painter.end()
+
+
+def bar_image(judged: Judged, width: int = 256) -> QImage:
+    """Return a row of pixels with the colours of a quantity's range."""
+    colors = np.ascontiguousarray(judged.color_map(np.linspace(0, 1, width)))
+    return QImage(colors.tobytes(), width, 1, 3 * width, QImage.Format.Format_RGB888).copy()

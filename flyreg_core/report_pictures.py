@@ -1,0 +1,254 @@
+"""The pictures of a report: both brains, before and after, flat, and coloured by quantities."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+
+from flyreg_core.color_maps import SOURCE, TARGET, Colors, colors_of
+from flyreg_core.frame import BrainFrame
+from flyreg_core.halves import FlatHalf
+from flyreg_core.landmarks import HALVES, HalfName
+from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.picture import (
+    AMBIENT,
+    MARGIN,
+    SIDES,
+    Picture,
+    Side,
+    View,
+    axes_of,
+    blended,
+    draw_flat,
+    draw_surface,
+    view_of,
+    webp_bytes,
+)
+from flyreg_core.progress import Report, within
+from flyreg_core.rectangle import HEIGHT, WIDTH
+from flyreg_core.relief import relief_colors
+from flyreg_core.results import Results
+from flyreg_core.surface_distance import distances_of_vertices
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+PIXELS = 420
+"""Width of a picture of a brain."""
+FLAT_PIXELS = (360, 240)
+READABLE = 0.62
+"""Brightness of what no light reaches where colours are read off."""
+WORKERS = 2
+SIDE_CAPTIONS: Mapping[Side, str] = {
+    "front": "from the front, dorsal up",
+    "back": "from the back, dorsal up",
+    "top": "from above, anterior down",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """One picture as a WebP file, and what it shows."""
+
+    caption: str
+    webp: bytes
+    size: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What the colours of a heat map mean: the ends, as paths into the report's facts."""
+
+    quantity: str
+    highest: str  # a key of the facts, with dots; the lowest is 0
+
+
+@dataclass(frozen=True, eq=False)
+class Figure:
+    """Pictures that belong together."""
+
+    title: str
+    text: str
+    shots: tuple[Shot, ...]
+    scale: Scale | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Stage:
+    """From where brains that lie in one space are seen: a view and a size for each side."""
+
+    views: Mapping[Side, tuple[View, tuple[int, int]]]
+
+    @classmethod
+    def around(cls, points: Floats, frame: BrainFrame) -> _Stage:
+        extents = {side: np.ptp(points @ axes_of(frame, side).T, axis=0) for side in SIDES}
+        scale = MARGIN * max(float(extent[0]) for extent in extents.values()) / PIXELS
+        views = {}
+        for side, extent in extents.items():
+            size = PIXELS, math.ceil(MARGIN * float(extent[1]) / scale)
+            view = view_of(points, axes_of(frame, side), size)
+            views[side] = replace(view, um_per_pixel=scale), size
+        return cls(views)
+
+
+@dataclass(frozen=True, eq=False)
+class _Layer:
+    """A coloured brain and from where it is seen."""
+
+    stage: _Stage
+    surface: SurfaceMesh
+    colors: Colors
+    ambient: float = AMBIENT
+
+    def draw(self, side: Side) -> Picture:
+        view, size = self.stage.views[side]
+        return draw_surface(self.surface, self.colors, view, size, ambient=self.ambient)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """A figure whose pictures are one layer, or several half transparent over each other."""
+
+    title: str
+    text: str
+    layers: tuple[str, ...]
+    scale: Scale | None = None
+
+
+BEFORE_FLAT = (
+    _Plan("Source", "", ("source",)),
+    _Plan("Target", "", ("target",)),
+    _Plan(
+        "Registered",
+        "The source's surface on the target: the source's bumps light, its grooves dark.",
+        ("registered",),
+    ),
+    _Plan(
+        "Before",
+        "The source, moved by the affine alignment alone, over the target, half transparent.",
+        ("aligned", "target"),
+    ),
+    _Plan(
+        "After",
+        "The registered source over the target, half transparent.",
+        ("registered", "target"),
+    ),
+)
+AFTER_FLAT = (
+    _Plan(
+        "Distance to the target",
+        "Of the registered surface, around each vertex.",
+        ("distance",),
+        Scale("distance", "distance.source_to_target.p95_um"),
+    ),
+    _Plan(
+        "Displacement",
+        "How far the registration took each vertex beyond the affine alignment.",
+        ("displacement",),
+        Scale("displacement", "displacement_beyond_affine.p95_um"),
+    ),
+)
+
+
+def make_figures(
+    results: Results, distance_um: float, displacement_um: float, report: Report
+) -> tuple[Figure, ...]:
+    """Return the pictures of a registration.
+
+    Parameters
+    ----------
+    distance_um, displacement_um : float
+        What the last colours of the two heat maps stand for.
+    """
+    away = distances_of_vertices(
+        results.registration.surface, results.target.surface, within(report, 0.0, 0.2)
+    )
+    layers = _layers(
+        results,
+        colors_of(away, 0.0, distance_um),
+        colors_of(results.beyond_alignment_um, 0.0, displacement_um),
+    )
+    keys = [(name, side) for name in layers for side in SIDES]
+    drawn = _in_parallel(lambda key: layers[key[0]].draw(key[1]), keys, within(report, 0.2, 0.8))
+    pictures = dict(zip(keys, drawn, strict=True))
+    plans = [*BEFORE_FLAT, *AFTER_FLAT]
+    shots = [
+        _in_parallel(partial(_shot, pictures, plan), SIDES, within(report, 0.8, 0.9))
+        for plan in plans
+    ]
+    figures = [
+        Figure(plan.title, plan.text, tuple(own), plan.scale)
+        for plan, own in zip(plans, shots, strict=True)
+    ]
+    flat = [_flat_figure(results, half, layers, within(report, 0.9, 1.0)) for half in HALVES]
+    return *figures[: len(BEFORE_FLAT)], *flat, *figures[len(BEFORE_FLAT) :]
+
+
+def _layers(results: Results, distance: Colors, displacement: Colors) -> dict[str, _Layer]:
+    source, target = results.source, results.target
+    registered = results.registration.surface
+    aligned = source.surface.moved(results.alignment.to_target(source.surface.vertices))
+    blue, brown = relief_colors(source.surface, SOURCE), relief_colors(target.surface, TARGET)
+    points = np.concatenate([target.surface.vertices, aligned.vertices])
+    stage = _Stage.around(points, target.frame)
+    return {
+        "source": _Layer(
+            _Stage.around(source.surface.vertices, source.frame), source.surface, blue
+        ),
+        "target": _Layer(stage, target.surface, brown),
+        "registered": _Layer(stage, registered, blue),
+        "aligned": _Layer(stage, aligned, blue),
+        "distance": _Layer(stage, registered, distance, READABLE),
+        "displacement": _Layer(stage, registered, displacement, READABLE),
+    }
+
+
+def _shot(pictures: Mapping[tuple[str, Side], Picture], plan: _Plan, side: Side) -> Shot:
+    own = [pictures[name, side] for name in plan.layers]
+    picture = own[0] if len(own) == 1 else blended(own, [1 / len(own)] * len(own))
+    return _packed(SIDE_CAPTIONS[side], picture)
+
+
+def _flat_figure(
+    results: Results, half: HalfName, layers: Mapping[str, _Layer], report: Report
+) -> Figure:
+    """Return the pictures of one half laid flat."""
+    own, other = results.source.halves[half], results.target.halves[half]
+    warped = results.registration.halves[half].plane
+    blue, brown = layers["source"].colors[own.vertex_of], layers["target"].colors[other.vertex_of]
+
+    def shot(layer: tuple[str, Floats, FlatHalf, Colors]) -> Shot:
+        name, plane, flat, colors = layer
+        extent = WIDTH, HEIGHT
+        return _packed(name, draw_flat(plane, flat.faces, colors, extent, FLAT_PIXELS))
+
+    drawn = (
+        ("source", own.plane, own, blue),
+        ("source after the spline", warped, own, blue),
+        ("target", other.plane, other, brown),
+    )
+    seen = "front" if half == "anterior" else "back"
+    text = f"The rectangle with the oesophagus in its middle, seen from the {seen}."
+    return Figure(f"{half.capitalize()} half, flat", text, tuple(_in_parallel(shot, drawn, report)))
+
+
+def _packed(caption: str, picture: Picture) -> Shot:
+    return Shot(caption, webp_bytes(picture), (picture.shape[1], picture.shape[0]))
+
+
+def _in_parallel(make: Callable[[T], R], items: Sequence[T], report: Report) -> list[R]:
+    made = []
+    pool = ThreadPoolExecutor(WORKERS)  # neither drawing nor packing holds the interpreter's lock
+    try:
+        for done, result in enumerate(pool.map(make, items)):
+            report(done / len(items), "drawing pictures")
+            made.append(result)
+    finally:
+        pool.shutdown(cancel_futures=True)
+    return made

@@ -1,0 +1,69 @@
+"""Two states of weights and lambda, kept as A and B."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flyreg_core import edits
+from flyreg_core.project_file import load_project, save_project
+
+pytest.importorskip("PySide6")
+from PySide6.QtCore import Qt
+
+from tests.app.hands import CONTROL, LONG_MS, drawn, press, settle
+
+pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
+
+SHIFT, ALT = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.AltModifier
+
+
+def test_a_and_b_are_kept_shown_in_turn_and_taken_again(qtbot, window, tmp_path):
+    session, view = window.session, window.view_area.registered
+    pictures = {}
+    assert not window.actions_by_name["blink"].isEnabled()
+    for name, key, smoothing in (("A", Qt.Key.Key_A, 1e-4), ("B", Qt.Key.Key_B, 1.0)):
+        session.edit("smooth", edits.set_smoothing(session.project, smoothing))
+        press(qtbot, window, key, CONTROL | SHIFT)
+        settle(qtbot, window)
+        pictures[name] = drawn(view)
+    session.edit("smooth", edits.set_smoothing(session.project, 0.05))
+    settle(qtbot, window)
+    own, project, steps = drawn(view), session.project, session.undo_stack.count()
+    assert not np.allclose(pictures["A"], pictures["B"], atol=0.1)
+
+    press(qtbot, window, Qt.Key.Key_B)
+    for name in ("A", "B", "A", "B"):
+        qtbot.waitUntil(lambda name=name: session.beside == name, timeout=LONG_MS)
+        np.testing.assert_allclose(drawn(view), pictures[name], atol=1e-3)
+        assert window.status.state.text() == f"{name} on show"
+        assert not window.actions_by_name["export"].isEnabled()
+    assert session.project is project
+    assert session.undo_stack.count() == steps
+    press(qtbot, window, Qt.Key.Key_Escape)
+    np.testing.assert_array_equal(drawn(view), own)
+    assert not window.actions_by_name["blink"].isChecked()
+    settle(qtbot, window)
+
+    press(qtbot, window, Qt.Key.Key_A, CONTROL | ALT)
+    settle(qtbot, window)
+    assert session.project.smoothing == 1e-4
+    np.testing.assert_allclose(drawn(view), pictures["A"], atol=1e-6)
+    press(qtbot, window, Qt.Key.Key_Z, CONTROL)
+    assert session.project is project
+    save_project(project, tmp_path / "p.flyreg")
+    assert load_project(tmp_path / "p.flyreg").snapshots == project.snapshots
+    settle(qtbot, window)
+
+
+def test_an_edit_ends_blinking_and_is_what_is_shown(qtbot, window):
+    session = window.session
+    for name in ("A", "B"):
+        session.edit("keep", edits.keep_snapshot(session.project, name))
+    settle(qtbot, window)
+    window.blink.set_on(True)
+    qtbot.waitUntil(lambda: session.beside != "", timeout=LONG_MS)
+    session.edit("smooth", edits.set_smoothing(session.project, 0.7))
+    assert session.beside == ""
+    settle(qtbot, window)
+    assert session.results.project.smoothing == 0.7

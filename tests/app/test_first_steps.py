@@ -1,0 +1,240 @@
+"""What somebody meets who opens the program for the first time, also without a mouse or a screen."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("PySide6")
+from flyreg_gui import template_browser, thumbnails
+from flyreg_gui.dialogs import OpenBrainsDialog
+from flyreg_gui.help_window import MOUSE_AND_KEYS, PAGES, HelpWindow, help_pages
+from flyreg_gui.preferences import Preferences
+from flyreg_gui.preferences_dialog import PreferencesDialog
+from flyreg_gui.template_browser import TemplateBrowser
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtGui import QAccessible
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QHeaderView,
+    QLineEdit,
+    QProgressBar,
+    QScrollBar,
+    QTabBar,
+    QTextBrowser,
+    QWidget,
+)
+
+from flyreg_core import templates
+from flyreg_core.cache import FOLDER_VARIABLE
+from tests.app.hands import LEFT, press
+
+pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
+
+needs_templates = pytest.mark.skipif(not templates.is_installed(), reason="flybrains is missing")
+
+
+# The tour
+
+
+def in_window(window, widget):
+    return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
+
+
+def test_the_tour_points_at_five_parts_and_ends(qtbot, empty_window):
+    tour = empty_window.tour
+    empty_window.actions_by_name["tour"].trigger()
+    assert Preferences().has_toured
+    places = []
+    for number in range(5):
+        assert tour.number == number
+        assert tour.bubble.isVisible()
+        bubble = in_window(empty_window, tour.bubble)
+        assert empty_window.rect().contains(bubble)
+        assert tour._text.height() >= tour._text.heightForWidth(tour._text.width())
+        places.append((tour.ring.x(), tour.ring.y()))
+        qtbot.mouseClick(tour.next_button, LEFT)
+    assert tour.number is None
+    assert not tour.bubble.isVisible()
+    assert len(set(places)) >= 4
+
+
+def test_the_tour_stays_at_its_target_and_can_be_ended_or_gone_back(qtbot, empty_window):
+    tour = empty_window.tour
+    tour.start()
+    target = in_window(empty_window, empty_window.start.demo_button)
+    assert in_window(empty_window, tour.ring).contains(target)
+    empty_window.resize(1200, 800)
+    QApplication.processEvents()
+    target = in_window(empty_window, empty_window.start.demo_button)
+    assert in_window(empty_window, tour.ring).contains(target)
+    qtbot.mouseClick(tour.next_button, LEFT)
+    qtbot.mouseClick(tour.back_button, LEFT)
+    assert tour.number == 0
+    qtbot.mouseClick(tour.end_button, LEFT)
+    assert tour.number is None
+    assert not tour.ring.isVisible()
+
+
+# Help
+
+
+def test_the_help_is_listed_and_searched(qtbot, empty_window):
+    press(qtbot, empty_window, Qt.Key.Key_F1, Qt.KeyboardModifier.ShiftModifier)
+    help_window = empty_window.findChild(HelpWindow)
+    assert help_window.list.count() == len(PAGES) + 1
+    assert "Two brains" in help_window.text.toPlainText()
+    qtbot.keyClicks(help_window.search, "leave-one-out")
+    found = [help_window.list.item(i).text() for i in range(help_window.list.count())]
+    assert "Judging" in found
+    assert len(found) < len(PAGES)
+    help_window.list.setCurrentRow(found.index("Judging"))
+    assert help_window.text.textCursor().selectedText().casefold() == "leave-one-out"
+    help_window.search.setText("no page says this")
+    assert help_window.list.count() == 0
+    assert "Nothing about" in help_window.text.toPlainText()
+    help_window.close()
+
+
+def test_every_key_that_the_help_names_is_that_of_an_action(empty_window):
+    keymap = empty_window.keymap
+    keys = {key.toString() for name in keymap.names for key in keymap.keys_of(name)}
+    for _, text in help_pages("")[:-1]:
+        for word in text.replace("(", " ").replace(")", " ").replace(",", " ").split():
+            if word.startswith(("Ctrl+", "Alt+")):
+                assert word.rstrip(".") in keys
+
+
+# Templates
+
+
+@needs_templates
+def test_two_templates_are_chosen_by_their_pictures(qtbot, monkeypatch, tmp_path):
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
+    labels = ("JFRC2", "FCWB")
+    monkeypatch.setattr(template_browser, "template_labels", lambda: labels)
+    dialog = TemplateBrowser()
+    dialog.show()
+    qtbot.waitUntil(
+        lambda: all("vertices" in item.text() for item in dialog._items.values()), timeout=60_000
+    )
+    picture = dialog._items["FCWB"].icon().pixmap(*thumbnails.SIZE).toImage()
+    colors = {picture.pixel(x, y) for x in range(0, 170, 7) for y in range(0, 110, 7)}
+    assert len(colors) > 30
+    for row, role in enumerate(("source", "target")):
+        assert not dialog.open_button.isEnabled()
+        dialog.list.setCurrentIndex(dialog._model.index(row, 0))
+        qtbot.mouseClick(dialog.buttons[role], LEFT)
+    monkeypatch.setattr(thumbnails, "drawn", None)  # those on disk are not drawn again
+    again = TemplateBrowser()
+    qtbot.waitUntil(lambda: all("vertices" in item.text() for item in again._items.values()))
+    again.reject()
+    again.deleteLater()
+    qtbot.mouseClick(dialog.open_button, LEFT)
+    assert tuple(brain.name for brain in dialog.inputs) == labels
+    assert {brain.unit for brain in dialog.inputs} == {"um"}
+    dialog.deleteLater()
+
+
+def test_without_flybrains_a_sentence_says_how_to_get_it(qtbot, monkeypatch):
+    monkeypatch.setattr(template_browser, "template_labels", tuple)
+    monkeypatch.setattr(template_browser, "is_installed", lambda: False)
+    dialog = TemplateBrowser()
+    assert "pip install flyreg[templates]" in dialog._problem.text()
+    assert not dialog.open_button.isEnabled()
+    dialog.reject()
+    dialog.deleteLater()
+
+
+# Without a mouse, without a screen
+
+CONTROLS = (
+    *(QAbstractButton, QAbstractItemView, QAbstractSlider, QAbstractSpinBox),
+    *(QComboBox, QLineEdit, QProgressBar, QTextBrowser),
+)
+
+
+def controls_in(top):
+    return [widget for widget in top.findChildren(QWidget) if isinstance(widget, CONTROLS)]
+
+
+def nameless(top):
+    """The controls that a screen reader would only call by their kind."""
+    found = []
+    for widget in controls_in(top):
+        is_part = isinstance(widget, QScrollBar | QHeaderView) or isinstance(
+            widget.parent(), QAbstractSpinBox | QComboBox | QTabBar | QHeaderView
+        )
+        is_inner = widget.objectName().startswith("qt_") or (
+            widget.metaObject().className() in ("QComboBoxListView", "QLineEditIconButton")
+        )
+        if is_part or is_inner or widget.isHidden():
+            continue
+        reader = QAccessible.queryAccessibleInterface(widget)
+        if reader is None or not reader.text(QAccessible.Text.Name).strip():
+            found.append(f"{widget.metaObject().className()} in {type(widget.parent()).__name__}")
+    return found
+
+
+def test_a_screen_reader_has_a_name_for_every_control(empty_window):
+    window = empty_window
+    window._docks[2].show()
+    window.tunnels.set_on(True)
+    window.steps.settings_button.setChecked(True)
+    dialogs = [
+        PreferencesDialog(window),
+        HelpWindow(help_pages(""), MOUSE_AND_KEYS, window),
+        OpenBrainsDialog(window.preferences, window),
+    ]
+    for dialog in dialogs:
+        dialog.show()
+    QApplication.processEvents()
+    assert nameless(window) == []
+    for dialog in dialogs:
+        dialog.close()
+        dialog.deleteLater()
+
+
+def test_tab_reaches_every_control_and_the_order_is_that_of_the_screen(qtbot, empty_window):
+    window = empty_window
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    reached = []
+    window.start.open_button.setFocus(Qt.FocusReason.TabFocusReason)
+    for _ in range(60):
+        widget = QApplication.focusWidget()
+        if widget in reached:
+            break
+        reached.append(widget)
+        QTest.keyClick(widget, Qt.Key.Key_Tab)
+    wanted = [
+        widget
+        for widget in controls_in(window)
+        if widget.isVisible()
+        and widget.isEnabled()
+        and widget.focusPolicy() & Qt.FocusPolicy.TabFocus
+        and not isinstance(widget, QScrollBar)
+        and not widget.objectName().startswith("qt_")  # a part of another control
+    ]
+    assert wanted
+    assert [w for w in wanted if w not in reached] == []
+    start = window.start
+    ways = [start.open_button, start.templates_button, start.project_button, start.demo_button]
+    order = [reached.index(button) for button in ways]
+    assert order == sorted(order)
+    steps = [window.steps.open_button, window.steps.settings_button, window.steps.tunnels_button]
+    order = [reached.index(button) for button in steps]
+    assert order == sorted(order)
+
+
+def test_enter_on_a_button_that_tab_reached_presses_it(qtbot, empty_window):
+    button = empty_window.steps.settings_button
+    button.setFocus(Qt.FocusReason.TabFocusReason)
+    QTest.keyClick(button, Qt.Key.Key_Space)
+    assert empty_window.steps.form.isVisible()
+    assert not empty_window.mode.is_on

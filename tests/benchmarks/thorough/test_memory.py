@@ -1,0 +1,66 @@
+"""What the window holds on to: memory after many edits, and after many projects, stays level."""
+
+from __future__ import annotations
+
+import gc
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from flyreg_core import edits
+from flyreg_core.pipeline import Pipeline
+from flyreg_core.project_file import load_project, save_project
+from tests.app.conftest import *  # noqa: F403 - the window's fixtures
+
+pytest.importorskip("PySide6")
+from tests.app.hands import settle
+
+LEVEL = 1.05
+STATUS = Path("/proc/self/status")
+
+
+def resident_mb() -> float:
+    """Return the memory that this process keeps, in megabytes."""
+    gc.collect()
+    line = next(line for line in STATUS.read_text().splitlines() if line.startswith("VmRSS"))
+    return int(line.split()[1]) / 1024
+
+
+@pytest.mark.skipif(not STATUS.exists(), reason="the memory of a process is read as Linux tells it")
+def test_200_cycles_of_registering_editing_and_undoing_leave_memory_level(qtbot, window):
+    taken = []
+    for cycle in range(200):
+        project = window.session.project
+        edited = edits.set_weight(project, "upper-02", 0.1 + cycle % 7)
+        edited = edits.set_smoothing(edited, 1e-3 * (1 + cycle % 5))
+        window.session.edit("change", edited)
+        settle(qtbot, window)
+        window.session.undo_stack.undo()
+        settle(qtbot, window)
+        if cycle % 50 == 49:
+            taken.append(resident_mb())
+    print("\nMB after each 50 cycles:", [round(value) for value in taken])
+    assert taken[-1] <= LEVEL * taken[0]
+
+
+@pytest.mark.skipif(not STATUS.exists(), reason="the memory of a process is read as Linux tells it")
+def test_20_projects_opened_and_left_leave_memory_level(qtbot, empty_window, project, tmp_path):
+    paths = []
+    for number in range(2):  # two that differ, so that each is prepared anew in part
+        paths.append(tmp_path / f"{number}.flyreg")
+        save_project(replace(project, smoothing=10.0 ** -(2 + number)), paths[-1])
+    taken = []
+    for cycle in range(20):
+        empty_window.session.open(load_project(paths[cycle % 2]))
+        settle(qtbot, empty_window)
+        if cycle % 5 == 4:
+            taken.append(resident_mb())
+    print("\nMB after each 5 projects:", [round(value) for value in taken])
+    assert taken[-1] <= LEVEL * taken[0]
+
+
+@pytest.fixture(scope="session")
+def pipeline():
+    """A pipeline that remembers what any would."""
+    return Pipeline()
