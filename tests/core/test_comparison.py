@@ -11,7 +11,6 @@ import subprocess
 import sys
 import time
 from contextlib import redirect_stdout
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,9 +28,6 @@ from flyreg_core.errors import Cancelled, FlyregError
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.point_files import read_point_pairs
 from flyreg_core.progress import ignore
-from flyreg_core.project import Project
-from flyreg_core.project_file import save_project
-from flyreg_core.solid import SolidParameters
 from tests.shapes import sphere
 
 DONE, WRONG_USAGE, BAD_INPUT = 0, 2, 3
@@ -135,33 +131,6 @@ def test_meshes_pictures_and_tables_are_written(compared: Path) -> None:
         table = {row["method"]: row for row in csv.DictReader(stream)}
     for method, row in rows_of(compared).items():
         assert table[method]["source_to_target_rms_um"] == str(row["rms_um"] or "")
-
-
-def test_without_flyreg_brains_are_prepared_once_and_points_go_as_transform_carries_them(
-    compared: Path,
-    demo_project: Project,
-    demo_files: tuple[Path, Path],
-    truth: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setenv("FLYREG_CACHE", str(tmp_path / "cache"))
-    assert main(["compare", *map(str, demo_files), *COARSE, "--methods", "none"]) == DONE
-    coarse = SolidParameters(int(COARSE[1]))
-    brains = (replace(b, solid=coarse) for b in (demo_project.source, demo_project.target))
-    save_project(Project(*brains), tmp_path / "project.flyreg")
-    kept = set((tmp_path / "cache").iterdir())
-    mapped = tmp_path / "mapped.csv"
-    assert (
-        main(["transform", str(tmp_path / "project.flyreg"), str(truth), "-o", str(mapped)]) == DONE
-    )
-    assert len(kept) == 1
-    assert set((tmp_path / "cache").iterdir()) == kept
-    with mapped.open(newline="") as stream:
-        rows = [row for row in csv.DictReader(stream) if row["status"] == "mapped"]
-    ends = [[[float(row[a + b]) for a in "xyz"] for row in rows] for b in ("", "_target")]
-    away = np.linalg.norm(np.subtract(*ends), axis=1)
-    assert rows_of(compared)["flyreg"]["tre_mean_um"] == pytest.approx(away.mean(), rel=1e-9)
 
 
 def test_a_rival_that_needs_too_much_memory_is_ended() -> None:
