@@ -41,6 +41,11 @@ class Limits:
     seconds: float | None = 60.0
     megabytes: float | None = 3000.0
 
+    def __post_init__(self) -> None:
+        for name, value in (("seconds", self.seconds), ("megabytes", self.megabytes)):
+            if value is not None and not value > 0:
+                raise FlyregError(f"a limit must be a positive number of {name}, not {value:g}")
+
 
 @dataclass(frozen=True, eq=False)
 class Done:
@@ -88,7 +93,9 @@ def run_apart(task: Task, limits: Limits, report: Report, text: str) -> Done:
         if why:
             return Done(None, why, None, peak)
         answer = _answer(folder / ANSWER, apart.returncode)
-        return Done(answer.value, answer.sentence, answer.seconds if answer.value else None, peak)
+        return Done(
+            answer.value, answer.sentence, None if answer.value is None else answer.seconds, peak
+        )
 
 
 def _watched(

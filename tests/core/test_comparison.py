@@ -139,6 +139,15 @@ def test_a_rival_that_needs_too_much_memory_is_ended() -> None:
     assert done.sentence == "needed more than 10 MB of memory and was ended"
 
 
+@pytest.mark.parametrize("option", ["--time-limit", "--memory-limit"])
+@pytest.mark.parametrize("value", ["0", "-1", "nan"])
+def test_a_limit_that_nothing_can_keep_is_said(
+    option: str, value: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["compare", "FCWB", "JFRC2", f"{option}={value}"]) == BAD_INPUT
+    assert f"not {value}\n" in capsys.readouterr().err
+
+
 def test_a_rival_that_fails_says_how() -> None:
     done = run_apart(task("no such"), Limits(), ignore, "")
     assert done.sentence == "failed: KeyError: 'no such'"
