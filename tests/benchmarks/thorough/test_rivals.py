@@ -52,12 +52,13 @@ def cells(pair: str, row: dict[str, Any]) -> list[str]:
 def test_flyreg_lies_closer_than_any_rival_on_every_pair(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    found = {pair: compared(*pair) for pair in pairs()}
+    found = {}
     with capsys.disabled():
         print("\n| " + " | ".join(COLUMNS) + " |\n" + "|---" * len(COLUMNS) + "|")
-        for (source, target), rows in found.items():
-            for row in rows:
-                print("| " + " | ".join(cells(f"{source} → {target}", row)) + " |")
+        for source, target in pairs():
+            found[source, target] = compared(source, target)
+            for row in found[source, target]:
+                print("| " + " | ".join(cells(f"{source} → {target}", row)) + " |", flush=True)
     for rows in found.values():
         done = {row["method"]: row for row in rows if row["status"] == "done"}
         flyreg = done.pop("flyreg")
