@@ -30,5 +30,6 @@ judgement                judgement,              landmarks -> leave-one-out erro
 =======================  ======================  ==================================================
 
 What the user decides is a `project.Project`; `edits` change it, `project_file` keeps it. Two brains
-that were prepared for each other are kept on disk by `cache`.
+that were prepared for each other are kept on disk by `cache`. `comparison` runs other methods
+(`rivals`) on the same prepared brains, each in a process of its own (`apart`).
 """

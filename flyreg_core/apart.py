@@ -23,8 +23,8 @@ from flyreg_core.progress import Report
 
 POLL_SECONDS = 0.02
 """How often time and memory are looked at; a shorter peak of memory is not seen."""
-PATIENCE_SECONDS = 60.0
-"""What the program's own start, and a brain's way to the process and back, may take beside the task."""
+TASK, STARTED, FINISHED, ANSWER = "task", "started", "finished", "answer"
+"""Files in the folder of a process: what it does, marks of when it does it, and what came of it."""
 
 
 class Task(Protocol):
@@ -40,6 +40,11 @@ class Limits:
 
     seconds: float | None = 60.0
     megabytes: float | None = 3000.0
+
+    def __post_init__(self) -> None:
+        for name, value in (("seconds", self.seconds), ("megabytes", self.megabytes)):
+            if value is not None and not value > 0:
+                raise FlyregError(f"a limit must be a positive number of {name}, not {value:g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +76,7 @@ def run_apart(task: Task, limits: Limits, report: Report, text: str) -> Done:
     """
     with tempfile.TemporaryDirectory(prefix="flyreg-") as name:
         folder = Path(name)
-        with (folder / "task").open("wb") as file:
+        with (folder / TASK).open("wb") as file:
             write_archive(file, task)
         apart = subprocess.Popen(
             [sys.executable, "-m", __name__, name],
@@ -81,35 +86,37 @@ def run_apart(task: Task, limits: Limits, report: Report, text: str) -> Done:
             start_new_session=True,  # Ctrl-C is for the one who waits
         )
         try:
-            peak, why = _watched(apart, folder / "started", limits, report, text)
+            peak, why = _watched(apart, folder, limits, report, text)
         finally:
             apart.kill()
             apart.wait()
         if why:
             return Done(None, why, None, peak)
-        answer = _answer(folder / "answer", apart.returncode)
-        return Done(answer.value, answer.sentence, answer.seconds if answer.value else None, peak)
+        answer = _answer(folder / ANSWER, apart.returncode)
+        return Done(
+            answer.value, answer.sentence, None if answer.value is None else answer.seconds, peak
+        )
 
 
 def _watched(
-    apart: subprocess.Popen[bytes], started: Path, limits: Limits, report: Report, text: str
+    apart: subprocess.Popen[bytes], folder: Path, limits: Limits, report: Report, text: str
 ) -> tuple[float, str]:
     """Wait for a process; return its peak memory, and why it has to be ended, if it has."""
     begun, peak = time.monotonic(), 0.0
     process = psutil.Process(apart.pid)
-    is_running = False
+    started = finished = False
     while apart.poll() is None:
-        if not is_running and started.exists():  # from here on the time is the task's
-            is_running, begun = True, time.monotonic()
+        if not started and (folder / STARTED).exists():  # from here on the time is the task's
+            started, begun = True, time.monotonic()
+        finished = finished or (folder / FINISHED).exists()
         with suppress(psutil.Error):
             peak = max(peak, round(process.memory_info().rss / 2**20, 1))
         seconds = time.monotonic() - begun
-        allowed = limits.seconds
-        if allowed is not None and seconds > (allowed if is_running else PATIENCE_SECONDS):
-            return peak, f"took longer than {allowed:g} s and was ended"
         if limits.megabytes is not None and peak > limits.megabytes:
             return peak, f"needed more than {limits.megabytes:g} MB of memory and was ended"
-        report(0.0 if allowed is None else min(seconds / allowed, 1.0), text)
+        if limits.seconds is not None and started and not finished and seconds > limits.seconds:
+            return peak, f"took longer than {limits.seconds:g} s and was ended"
+        report(min(seconds / limits.seconds, 1.0) if started and limits.seconds else 0.0, text)
         time.sleep(POLL_SECONDS)
     return peak, ""
 
@@ -125,9 +132,9 @@ def _answer(path: Path, status: int) -> _Answer:
 
 def _work(folder: Path) -> None:
     """Run the task in a folder and leave its answer there."""
-    with (folder / "task").open("rb") as file:
+    with (folder / TASK).open("rb") as file:
         task: Task = read_archive(file)  # type: ignore[assignment]
-    (folder / "started").touch()
+    (folder / STARTED).touch()
     begun = time.perf_counter()
     value: object | None = None
     try:
@@ -141,7 +148,8 @@ def _work(folder: Path) -> None:
     except BaseException as error:  # whatever a rival's package raises; the comparison goes on
         sentence = f"failed: {type(error).__name__}: {error}"
     answer = _Answer(value, sentence, time.perf_counter() - begun)
-    with (folder / "answer").open("wb") as file:
+    (folder / FINISHED).touch()
+    with (folder / ANSWER).open("wb") as file:
         write_archive(file, answer)
 
 

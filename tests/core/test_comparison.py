@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +23,11 @@ from flyreg_core.apart import Limits, run_apart
 from flyreg_core.brain_files import open_brain, read_brain, write_mesh
 from flyreg_core.cli import main
 from flyreg_core.comparison import METHODS, MovedSource, Rivalling, find_methods, folded_share
+from flyreg_core.comparison_report import as_table
 from flyreg_core.errors import Cancelled, FlyregError
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.point_files import read_point_pairs
 from flyreg_core.progress import ignore
-from flyreg_core.project import Project
-from flyreg_core.project_file import save_project
 from tests.shapes import sphere
 
 DONE, WRONG_USAGE, BAD_INPUT = 0, 2, 3
@@ -63,102 +63,89 @@ def truth(demo_files: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactor
 def compared(
     demo_files: tuple[Path, Path], truth: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> Path:
-    """The folder that `flyreg compare` wrote for the demo pair."""
-    folder = tmp_path_factory.mktemp("comparison") / "run"
-    options = ["--methods", "none,alignment,icp-affine,flyreg", "--points", str(truth)]
-    arguments = [*map(str, demo_files), *COARSE, *options, "-o", str(folder)]
-    assert main(["compare", *arguments]) == DONE
+    """The folder that `flyreg compare` wrote for the demo pair, with stdout in it.
+
+    One rival's package is missing, another takes too long.
+    """
+    folder, modules = tmp_path_factory.mktemp("comparison"), tmp_path_factory.mktemp("modules")
+    (modules / "small_gicp.py").write_text("raise ModuleNotFoundError('no', name='small_gicp')\n")
+    options = ["--methods", "none,alignment,icp-plane,nricp,flyreg", "--points", str(truth)]
+    options += ["--time-limit", "1.5", "--json", "-o", str(folder)]
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as out:
+        places = [str(modules), *filter(None, sys.path)]
+        patch.setenv("PYTHONPATH", os.pathsep.join(places))
+        assert main(["compare", *map(str, demo_files), *COARSE, *options]) == DONE
+    (folder / "stdout").write_text(out.getvalue())
     return folder
 
 
-@pytest.fixture(scope="module")
-def prepared_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """A cache of the program's own, so that the brains need not be prepared for each test."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FLYREG_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
+def facts_of(folder: Path) -> Any:
+    return json.loads((folder / "compare.json").read_text())
 
 
 def rows_of(folder: Path) -> dict[str, Any]:
-    facts = json.loads((folder / "compare.json").read_text())
-    return {row["method"]: row for row in facts["rows"]}
+    return {row["method"]: row for row in facts_of(folder)["rows"]}
 
 
 def test_the_comparison_has_all_that_scripts_read(compared: Path) -> None:
     rows = rows_of(compared)
-    assert list(rows) == ["none", "alignment", "icp-affine", "flyreg"]
-    for row in rows.values():
-        assert row.keys() >= ROW_KEYS
-        assert row["status"] == "done"
-        assert 0 <= row["folded_share"] < 0.01
-        assert row["peak_memory_mb"] > 10
+    assert list(rows) == ["none", "alignment", "icp-plane", "nricp", "flyreg"]
+    assert all(row.keys() >= ROW_KEYS for row in rows.values())
+    for name in ("none", "alignment", "flyreg"):
+        assert rows[name]["status"] == "done"
+        assert 0 <= rows[name]["folded_share"] < 0.01
+        assert rows[name]["peak_memory_mb"] > 10
         for direction in ("source_to_target", "target_to_source"):
-            assert {"mean_um", "rms_um", "hausdorff_um"} <= row[direction].keys()
-    facts = json.loads((compared / "compare.json").read_text())
+            assert {"mean_um", "rms_um", "hausdorff_um"} <= rows[name][direction].keys()
+    facts = facts_of(compared)
     assert facts["points_outside"] == 1
     assert 0 < facts["preparation_seconds"] < rows["flyreg"]["seconds"]
+    assert json.loads((compared / "stdout").read_text()) == facts
 
 
 def test_each_method_does_better_than_those_that_may_move_less(compared: Path) -> None:
     rows = rows_of(compared)
-    means = [rows[name]["mean_um"] for name in ("none", "alignment", "icp-affine", "flyreg")]
-    assert means == sorted(means, reverse=True)
-    assert rows["flyreg"]["tre_mean_um"] < rows["icp-affine"]["tre_mean_um"]
-    assert rows["none"]["folded_share"] == rows["icp-affine"]["folded_share"] == 0
+    for measure in ("mean_um", "rms_um", "tre_mean_um", "tre_p95_um"):
+        assert rows["none"][measure] > rows["alignment"][measure] > rows["flyreg"][measure]
+    assert rows["none"]["folded_share"] == rows["alignment"]["folded_share"] == 0
+
+
+def test_a_rival_that_cannot_is_a_row_that_says_why(compared: Path) -> None:
+    rows = rows_of(compared)
+    missing, slow = rows["icp-plane"], rows["nricp"]
+    assert missing["status"] == "needs the package small_gicp; install flyreg[rivals] to have it"
+    assert slow["status"] == "took longer than 1.5 s and was ended"
+    assert slow["mean_um"] is slow["seconds"] is slow["source_to_target"] is None
+    table = as_table(facts_of(compared)).splitlines()
+    assert [line.split()[0] for line in table[1:6]] == list(rows)
+    assert table[3] == f"icp-plane  {missing['status']}"
+    assert f"{rows['flyreg']['mean_um']:.3f}" in table[5]
 
 
 def test_meshes_pictures_and_tables_are_written(compared: Path) -> None:
-    names = {path.name for path in compared.iterdir()}
-    meshes = {f"{method}.{kind}" for method in rows_of(compared) for kind in ("ply", "png")}
-    assert names == meshes | {"target.png", "compare.png", "compare.json", "compare.csv"}
+    names = {path.name for path in compared.iterdir()} - {"stdout"}
+    done = ("none", "alignment", "flyreg")
+    expected = {f"{method}.{kind}" for method in done for kind in ("ply", "png")}
+    assert names == expected | {"target.png", "compare.png", "compare.json", "compare.csv"}
     with (compared / "compare.csv").open(newline="") as stream:
         table = {row["method"]: row for row in csv.DictReader(stream)}
     for method, row in rows_of(compared).items():
-        assert float(table[method]["source_to_target_rms_um"]) == row["rms_um"]
-
-
-def test_people_get_a_table_and_scripts_one_json_object(
-    demo_files: tuple[Path, Path],
-    prepared_once: None,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-) -> None:
-    """With a rival that takes too long, and one whose package is missing, in their own rows."""
-    missing = "raise ModuleNotFoundError('no', name='small_gicp')\n"
-    (tmp_path / "small_gicp.py").write_text(missing)
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
-    asked = ["compare", *map(str, demo_files), *COARSE, "--methods", "none,icp-plane,nricp"]
-    assert main([*asked, "--time-limit", "0.5"]) == DONE
-    table = capsys.readouterr().out
-    assert "icp-plane  needs the package small_gicp; install flyreg[rivals] to have it" in table
-    assert "nricp      took longer than 0.5 s and was ended" in table
-    assert main([*asked, "--time-limit", "0.5", "--json"]) == DONE
-    rows = json.loads(capsys.readouterr().out)["rows"]
-    assert [row["method"] for row in rows] == ["none", "icp-plane", "nricp"]
-    assert rows[2].keys() >= ROW_KEYS
-    assert rows[2]["mean_um"] is rows[2]["seconds"] is rows[2]["source_to_target"] is None
-
-
-def test_flyreg_carries_points_as_transform_does(
-    compared: Path, demo_project: Project, truth: Path, prepared_once: None, tmp_path: Path
-) -> None:
-    save_project(demo_project, tmp_path / "project.flyreg")
-    mapped = tmp_path / "mapped.csv"
-    assert (
-        main(["transform", str(tmp_path / "project.flyreg"), str(truth), "-o", str(mapped)]) == DONE
-    )
-    with mapped.open(newline="") as stream:
-        rows = [row for row in csv.DictReader(stream) if row["status"] == "mapped"]
-    ends = [[[float(row[a + b]) for a in "xyz"] for row in rows] for b in ("", "_target")]
-    away = np.linalg.norm(np.subtract(*ends), axis=1)
-    assert rows_of(compared)["flyreg"]["tre_mean_um"] == pytest.approx(away.mean(), rel=1e-9)
+        assert table[method]["source_to_target_rms_um"] == str(row["rms_um"] or "")
 
 
 def test_a_rival_that_needs_too_much_memory_is_ended() -> None:
     done = run_apart(task("none"), Limits(megabytes=10), ignore, "")
     assert not done.is_done
     assert done.sentence == "needed more than 10 MB of memory and was ended"
+
+
+@pytest.mark.parametrize("option", ["--time-limit", "--memory-limit"])
+@pytest.mark.parametrize("value", ["0", "-1", "nan"])
+def test_a_limit_that_nothing_can_keep_is_said(
+    option: str, value: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["compare", "FCWB", "JFRC2", f"{option}={value}"]) == BAD_INPUT
+    assert f"not {value}\n" in capsys.readouterr().err
 
 
 def test_a_rival_that_fails_says_how() -> None:
@@ -288,11 +275,11 @@ def test_an_affine_movement_never_folds_even_one_that_mirrors() -> None:
 
 
 def test_faces_that_are_folded_over_are_counted() -> None:
-    """The cap above 85 um is mirrored at its own rim, so its faces lie inside out below it."""
+    """The cap above 85 um is exchanged left for right, so its faces lie on the ball inside out."""
     ball = SurfaceMesh(*sphere(100.0, 4))
     vertices = ball.vertices.copy()
     is_cap = vertices[:, 2] > 85
-    vertices[is_cap, 2] = 170 - vertices[is_cap, 2]
+    vertices[is_cap, 0] *= -1
     wholly, partly = is_cap[ball.faces].all(axis=1), is_cap[ball.faces].any(axis=1)
     share = folded_share(ball, SurfaceMesh(vertices, ball.faces), ball)
     assert 0 < wholly.mean() <= share <= partly.mean()
