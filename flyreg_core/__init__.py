@@ -27,6 +27,7 @@ lift, sew                lift, caps              strip -> registered surface, cl
 distances                surface_distance        two surfaces -> mean, RMS, Hausdorff, both ways
 judgement                judgement,              landmarks -> leave-one-out errors, best lambda,
                          cross_validation        who folds the surface
+report                   report, report_page     what came of it -> report.json, report.html
 =======================  ======================  ==================================================
 
 What the user decides is a `project.Project`; `edits` change it, `project_file` keeps it. Two brains

@@ -32,7 +32,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 @pytest.fixture(scope="module")
 def surface() -> SurfaceMesh:
     """A torus of more vertices than the paper wants to be kept, with bumps."""
-    vertices, faces = torus(around=200, across=80)
+    vertices, faces = torus(around=150, across=80)
     bumps = 2 * np.sin(vertices / 6).prod(axis=1, keepdims=True)
     return SurfaceMesh(vertices * (1 + bumps / 200), faces)
 

@@ -23,6 +23,7 @@ from flyreg_core.picture import (
     png_bytes,
     view_of,
     views_of,
+    webp_bytes,
 )
 from tests.shapes import sphere, together, torus
 
@@ -130,9 +131,14 @@ def test_two_pictures_laid_over_each_other_mix_where_both_are() -> None:
     assert mixed[0, 0, 3] == 0
 
 
-def test_a_png_file_holds_the_picture() -> None:
+def test_files_hold_the_picture() -> None:
     picture = draw_surface(SurfaceMesh(*ball((0, 0, 0))), RED, view_along_z(), SIZE)
     assert (np.array(Image.open(io.BytesIO(png_bytes(picture)))) == picture).all()
+    small = np.array(Image.open(io.BytesIO(webp_bytes(picture))).convert("RGBA"))
+    assert (small[..., 3] == picture[..., 3]).all()
+    assert len(webp_bytes(picture)) < len(png_bytes(picture))
+    seen = picture[..., 3] == 255
+    assert np.abs(small[seen].astype(int) - picture[seen]).mean() < 4
     plain = on_background(picture, (1, 2, 3))
     assert tuple(plain[0, 0]) == (1, 2, 3)
     assert (np.array(Image.open(io.BytesIO(png_bytes(plain)))) == plain).all()
