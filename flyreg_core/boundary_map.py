@@ -48,16 +48,18 @@ def seam_gaps(
     target: FlatBrain,
     shift_of_u: Mapping[HalfName, Floats],
     mapped: Mapping[CurveKey, Floats],
-) -> Mapping[HalfName, float]:
-    """Return how far sewing moved each half's boundary along the target's curves, micrometres."""
-    gaps = dict.fromkeys(HALVES, 0.0)
+) -> Mapping[HalfName, Mapping[CurveKey, Floats]]:
+    """Return how far sewing moved each half along the target's curves, micrometres.
+
+    For each half and each of its curves, (k,) values at the curve's vertices.
+    """
+    gaps: dict[HalfName, dict[CurveKey, Floats]] = {half: {} for half in HALVES}
     for key, curve in source.curves.items():
         sewn = target.curves[key].at(mapped[key])
         for half, shift in _own_shifts(source, key, shift_of_u).items():
             alone = curve.share + shift
             alone = alone if curve.is_closed else np.clip(alone, 0, 1)
-            away = np.linalg.norm(target.curves[key].at(alone) - sewn, axis=1)
-            gaps[half] = max(gaps[half], float(away.max()))
+            gaps[half][key] = np.linalg.norm(target.curves[key].at(alone) - sewn, axis=1)
     return gaps
 
 

@@ -57,7 +57,12 @@ class WarpedHalf:
     folds_mended: int  # faces that the spline itself had flipped
     is_mended: Booleans  # (k,) vertices that moved for it
     flipped: int  # faces flipped in `flat`, decided exactly
-    gap_um: float  # how far sewing moved its boundary along the target's curves
+    gaps_um: Mapping[CurveKey, Floats]  # how far sewing moved the vertices of each of its curves
+
+    @cached_property
+    def gap_um(self) -> float:
+        """How far sewing moved its boundary along the target's curves, at most."""
+        return max(float(gaps.max()) for gaps in self.gaps_um.values())
 
     @cached_property
     def plane(self) -> Floats:
@@ -266,13 +271,17 @@ def _warp_half(
 
 
 def _warped_half(
-    raw: FlatMesh, mended: Unfolded, law: RadialLaw, face: Integers, gap_um: float
+    raw: FlatMesh,
+    mended: Unfolded,
+    law: RadialLaw,
+    face: Integers,
+    gaps_um: Mapping[CurveKey, Floats],
 ) -> WarpedHalf:
     is_mended = np.zeros(len(raw.uv), dtype=bool)
     if mended.folds:
         changed = mended.flat.uv != raw.uv
         is_mended = changed[:, 0] | changed[:, 1]
-    return WarpedHalf(mended.flat, law, face, mended.folds, is_mended, mended.flipped, gap_um)
+    return WarpedHalf(mended.flat, law, face, mended.folds, is_mended, mended.flipped, gaps_um)
 
 
 def _residuals(registered: SurfaceMesh, ends: LandmarkEnds) -> Mapping[str, float]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from flyreg_core.distortion import log_area_ratios, log_dilatations, to_vertices
 from flyreg_core.landmarks import HALVES
@@ -21,6 +22,8 @@ LEAST_FACTOR = float(np.log2(1.1))
 """Colours of factors span at least this, so that what changes nothing looks like nothing."""
 TINIEST = 1e-9
 BINS = 60
+SEAM_STRIP = 0.008
+"""Half the width of the strip along the curves that shows the seam gap, in diagonals."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +151,19 @@ def _relative(values: Floats, areas: Floats, measure: Callable[[Floats, Floats],
     return np.asarray(values - np.log2(areas @ np.exp2(values) / areas.sum()))
 
 
+def _seam(results: Results, report: Report) -> VertexValues:
+    """Return the gap at the curves' vertices, in a strip beside them wide enough to be seen."""
+    surface, curves = results.source.surface, results.source.flat.curves
+    gaps = np.zeros(len(surface.vertices))
+    for half in HALVES:
+        for key, own in results.registration.halves[half].gaps_um.items():
+            np.maximum.at(gaps, curves[key].vertices, own)
+    along = np.unique(np.concatenate([curve.vertices for curve in curves.values()]))
+    away, nearest = KDTree(surface.vertices[along]).query(surface.vertices)
+    beside = away <= SEAM_STRIP * surface.diagonal
+    return VertexValues(np.where(beside, gaps[along[nearest]], np.nan))
+
+
 def _influence(results: Results, report: Report) -> VertexValues:
     return VertexValues(weight_influence(results))
 
@@ -207,6 +223,13 @@ QUANTITIES = (
         "×",
         "How much more the spline stretches a place of the rectangle one way than the other",
         _stage("flat", "bent", log_dilatations),
+    ),
+    Quantity(
+        "seam",
+        "Seam gap",
+        "µm",
+        "How far sewing the halves moved their curves along the target, from where each alone would go",
+        _seam,
     ),
     Quantity(
         "whole_area",

@@ -40,7 +40,7 @@ OESOPHAGUS_SLOPE = 0.16  # how much further ventral it lies per micrometre towar
 def make_demo_pair() -> tuple[SurfaceMesh, SurfaceMesh]:
     """Return a source and a target brain surface; vertex i of both is the same place."""
     shape = np.ceil((HIGH - LOW) / PITCH).astype(int) + 1
-    grid = LOW + PITCH * np.stack(np.indices(shape), axis=-1)
+    grid = LOW + PITCH * np.moveaxis(np.indices(shape), 0, -1)
     drawn = extract_surface(_depth(grid), LOW, PITCH)
     source = SurfaceMesh(_relaxed(drawn), drawn.faces)
     return source, SurfaceMesh(deform(source.vertices), source.faces)
