@@ -91,13 +91,14 @@ def empty_window(qtbot, pipeline):
     from PySide6.QtCore import Qt
     from PySide6.QtWidgets import QApplication
 
+    from tests.app.hands import activate
+
     QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
     window = MainWindow(pipeline)
     window.resize(1500, 950)
     window.show()
     qtbot.waitExposed(window)
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
+    activate(qtbot, window)
     yield window
     window.session.undo_stack.setClean()
     window.close()

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
 
 LEFT = Qt.MouseButton.LeftButton
 CONTROL = Qt.KeyboardModifier.ControlModifier
-LONG_MS = 60_000
+LONG_MS = 180_000
 
 
 def settle(qtbot, window):
@@ -17,10 +17,19 @@ def settle(qtbot, window):
     QApplication.processEvents()
 
 
+def activate(qtbot, window):
+    """Have the window take the keys; asked once more whenever the display has not done it."""
+
+    def is_active():
+        window.activateWindow()
+        return window.isActiveWindow()
+
+    qtbot.waitUntil(is_active, timeout=LONG_MS)
+
+
 def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
     """Press a key with the window active, which a display without a window manager may forget."""
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
+    activate(qtbot, window)
     qtbot.keyClick(window, key, modifier)
 
 

@@ -9,7 +9,7 @@ pytest.importorskip("PySide6")
 from PySide6.QtCore import QEvent, QPoint
 from PySide6.QtWidgets import QApplication
 
-from tests.app.hands import pixel
+from tests.app.hands import LONG_MS, pixel
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 
@@ -18,9 +18,15 @@ def point_at(qtbot, window, view, position):
     """Move the mouse there, and wait until the mark has followed."""
     pointer = window.view_area.pointer
     pointer.leave()
-    qtbot.mouseMove(view.canvas, position + QPoint(1, 0))
-    qtbot.mouseMove(view.canvas, position)
-    qtbot.waitUntil(lambda: not pointer._timer.isActive() and pointer.place is not None)
+
+    def has_followed():
+        if not pointer._timer.isActive() and pointer.place is None:
+            qtbot.mouseMove(view.canvas, position + QPoint(1, 0))
+            qtbot.mouseMove(view.canvas, position)
+            return False
+        return not pointer._timer.isActive()
+
+    qtbot.waitUntil(has_followed, timeout=LONG_MS)
 
 
 def marked(window, view):

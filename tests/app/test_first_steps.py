@@ -33,7 +33,7 @@ from PySide6.QtWidgets import (
 
 from flyreg_core import templates
 from flyreg_core.cache import FOLDER_VARIABLE
-from tests.app.hands import LEFT, press
+from tests.app.hands import LEFT, activate, press
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 
@@ -203,8 +203,7 @@ def test_a_screen_reader_has_a_name_for_every_control(empty_window):
 
 def test_tab_reaches_every_control_and_the_order_is_that_of_the_screen(qtbot, empty_window):
     window = empty_window
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
+    activate(qtbot, window)
     reached = []
     window.start.open_button.setFocus(Qt.FocusReason.TabFocusReason)
     for _ in range(60):

@@ -42,7 +42,14 @@ def without_cost(report: dict[str, Any]) -> dict[str, Any]:
 
 def test_register_writes_mesh_project_and_report(registered: Path) -> None:
     names = sorted(path.name for path in registered.iterdir())
-    assert names == ["flat.npz", "project.flyreg", "registered.ply", "report.html", "report.json"]
+    assert names == [
+        "flat.npz",
+        "project.flyreg",
+        "registered.ply",
+        "report.html",
+        "report.json",
+        "vertex-pairs.csv",
+    ]
 
 
 def test_the_report_has_all_that_scripts_read(registered: Path) -> None:

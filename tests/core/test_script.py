@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 
 from flyreg_core.arguments import make_parser
+from flyreg_core.cli import _COMMANDS
 from flyreg_core.project import Project
 from flyreg_core.script import python_program, register_command
 from tests.core.test_project_file import PROJECT, projects
@@ -42,7 +43,6 @@ def test_the_program_leaves_out_what_is_as_usual_and_keeps_to_the_width():
 def test_the_command_is_one_that_flyreg_understands():
     path = Path("/some where/it's mine.flyreg")
     words = shlex.split(register_command(path))
-    names = ("inspect", "prepare", "register", "transform", "distance", "compare")
-    arguments = make_parser(dict.fromkeys(names, print)).parse_args(words[1:])
+    arguments = make_parser(dict.fromkeys(_COMMANDS, print)).parse_args(words[1:])
     assert words[0] == "flyreg"
     assert arguments.project == path
