@@ -188,14 +188,25 @@ def _basis(points: Floats) -> BendingBasis:
     return BendingBasis(centers, middle, scale, complement @ smoothest_first)
 
 
-def spread_out(points: Floats, count: int) -> np.ndarray:
-    """Return the numbers of up to `count` points, each the farthest from all before it."""
-    chosen = [0]
-    away = np.linalg.norm(points - points[0], axis=1)
-    while len(chosen) < min(count, len(points)):
-        chosen.append(int(away.argmax()))
-        away = np.minimum(away, np.linalg.norm(points - points[chosen[-1]], axis=1))
-    return np.array(chosen)
+def spread_out(points: Floats, count: int) -> Integers:
+    """Return the numbers of up to `count` (n, 3) points, each the farthest from all before it."""
+    return _spread_out(np.ascontiguousarray(points), min(count, len(points)))
+
+
+@njit(nogil=True, cache=True)
+def _spread_out(points: Floats, count: int) -> Integers:
+    chosen = np.zeros(count, dtype=np.int64)
+    away = np.full(len(points), np.inf)
+    for number in range(1, count):
+        x, y, z = points[chosen[number - 1]]
+        farthest = 0
+        for k in range(len(points)):
+            dx, dy, dz = points[k, 0] - x, points[k, 1] - y, points[k, 2] - z
+            away[k] = min(away[k], np.sqrt(dx * dx + dy * dy + dz * dz))
+            if away[k] > away[farthest]:
+                farthest = k
+        chosen[number] = farthest
+    return chosen
 
 
 def _bend(skin: Skin, goal: Skin, basis: BendingBasis, report: Report) -> Floats:
