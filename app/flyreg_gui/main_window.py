@@ -190,7 +190,7 @@ class MainWindow(QMainWindow):
         history.hide()
         self.tabifyDockWidget(landmarks, judge)
         landmarks.raise_()
-        self.resizeDocks([steps, landmarks], [265, 410], Qt.Orientation.Horizontal)
+        self.resizeDocks([steps, landmarks], [265, 450], Qt.Orientation.Horizontal)
 
     def _connect(self) -> None:
         session, files = self.session, self.files

@@ -73,13 +73,17 @@ class Folds:
 
 
 class FoldAlarm(QFrame):
-    """The notice, with a button for each remedy; each is one edit that undo takes back."""
+    """The notice, with a button for each remedy; each is one edit that undo takes back.
+
+    The few folds that are mended before the user did anything are told by the status bar alone.
+    """
 
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.setObjectName("alarm")
         self._session = session
         self._dismissed: tuple[str, ...] | None = None  # whose folds the user has seen
+        self._usual: int | None = None  # folds mended before the user did anything
         self.folds = Folds(0, 0, ())
         self._text = QLabel()
         self._text.setWordWrap(True)
@@ -135,18 +139,22 @@ class FoldAlarm(QFrame):
 
     def _on_results(self, results: Results | None) -> None:
         if results is None:
-            self._dismissed = None
+            self._dismissed = self._usual = None
             self.hide()
         elif results.judgement is not None:  # else the hand still moves, and the notice stays
             self.folds = Folds.of(results)
+            if self._usual is None:
+                own = {pair.id for pair in results.project.pairs}
+                is_of_user = any(culprit.id in own for culprit in self.folds.culprits)
+                self._usual = 0 if is_of_user else self.folds.mended
             self._show(results)
 
     def _show(self, results: Results) -> None:
         folds = self.folds
-        if not folds.mended and not folds.left:
+        is_alarming = folds.left > 0 or folds.mended > (self._usual or 0)
+        if not is_alarming:
             self._dismissed = None
-        is_new = self._culprits() != self._dismissed
-        self.setVisible(is_new and bool(folds.mended or folds.left))
+        self.setVisible(is_alarming and self._culprits() != self._dismissed)
         self._text.setText(folds.sentence())
         self._text.setToolTip(folds.details())
         self.weaken_button.setVisible(bool(folds.culprits))
