@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 from dataclasses import replace
+from functools import partialmethod
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,18 @@ def own_folders(tmp_path, monkeypatch):
 
         settings = str(tmp_path / "config")
         QSettings.setPath(QSettings.Format.NativeFormat, QSettings.Scope.UserScope, settings)
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch):
+    """Whatever is waited for may take as long as it does on a busy machine."""
+    if "PySide6.QtWidgets" in sys.modules:
+        from pytestqt.qtbot import QtBot
+
+        from tests.app.hands import LONG_MS
+
+        patient = partialmethod(QtBot.waitUntil, timeout=LONG_MS)
+        monkeypatch.setattr(QtBot, "waitUntil", patient)
 
 
 @pytest.fixture(autouse=True)
