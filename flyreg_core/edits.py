@@ -10,8 +10,7 @@ from flyreg_core.errors import LandmarkError
 from flyreg_core.flatten import FlattenParameters
 from flyreg_core.handles import Handle, HandleParameters, Point
 from flyreg_core.landmarks import HalfName, Kind, LandmarkPair, Place
-from flyreg_core.project import Brain, NeuropilFile, Project, Snapshot
-from flyreg_core.project import Role as Role
+from flyreg_core.project import Brain, NeuropilFile, Project, Role, Snapshot
 from flyreg_core.trim import TrimParameters
 
 PASSES_OF_THE_PAPER = 500
@@ -135,11 +134,6 @@ def recolor_pairs(
 def add_neuropils(project: Project, file: NeuropilFile) -> Project:
     """Add a file with neuropils."""
     return replace(project, neuropils=tuple(dict.fromkeys((*project.neuropils, file))))
-
-
-def remove_neuropils(project: Project) -> Project:
-    """Forget all neuropils."""
-    return replace(project, neuropils=())
 
 
 def accept_suggestions(project: Project, suggested: Iterable[LandmarkPair]) -> Project:

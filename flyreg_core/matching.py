@@ -9,11 +9,10 @@ from scipy.spatial import KDTree
 
 from flyreg_core.alignment import OWN, Alignment
 from flyreg_core.cut import PIECES, Dissection
-from flyreg_core.edits import Role
 from flyreg_core.frame import LEFT_RIGHT, BrainFrame
 from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import Floats, SurfaceMesh
-from flyreg_core.project import Brain
+from flyreg_core.project import Brain, Role
 from flyreg_core.shape_map import ShapeMap
 from flyreg_core.skin import NORMAL_UM
 from flyreg_core.solid import VoxelSolid, close_solid

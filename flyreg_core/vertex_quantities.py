@@ -105,9 +105,7 @@ def _distance(results: Results, report: Report) -> VertexValues:
 
 
 def _displacement(results: Results, report: Report) -> VertexValues:
-    start = results.alignment.to_target(results.source.surface.vertices)
-    away = results.registration.surface.vertices - start
-    return VertexValues(np.asarray(np.linalg.norm(away, axis=1)))
+    return VertexValues(results.beyond_alignment_um)
 
 
 def _beyond_affine(results: Results, report: Report) -> VertexValues:
@@ -184,7 +182,7 @@ QUANTITIES = (
         "displacement",
         "Displacement",
         "µm",
-        "How far each place moves from where turning and shifting the whole source puts it",
+        "How far each place moves from where the affine alignment of the outsides puts it",
         _displacement,
     ),
     Quantity(

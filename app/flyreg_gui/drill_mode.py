@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, Signal
 
-from flyreg_core.edits import Role, add_drill
+from flyreg_core.edits import add_drill
 from flyreg_core.handles import Point
+from flyreg_core.project import Role
 from flyreg_gui.session import Session
 
 

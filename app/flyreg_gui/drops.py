@@ -9,7 +9,7 @@ from PySide6.QtCore import QEvent, QMimeData, QObject, QTimer
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QMessageBox
 
-from flyreg_core.edits import Role
+from flyreg_core.project import Role
 from flyreg_gui.main import PROJECT_SUFFIX
 
 if TYPE_CHECKING:

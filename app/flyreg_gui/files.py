@@ -13,9 +13,8 @@ from PySide6.QtWidgets import QFileDialog
 
 from flyreg_core import edits
 from flyreg_core.brain_files import open_brain, write_mesh
-from flyreg_core.edits import Role
 from flyreg_core.errors import FlyregError
-from flyreg_core.project import Brain, BrainInput, Project
+from flyreg_core.project import Brain, BrainInput, Project, Role
 from flyreg_core.project_file import load_project, save_project
 from flyreg_core.results import Results
 from flyreg_core.script import python_program, register_command

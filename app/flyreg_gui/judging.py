@@ -10,10 +10,10 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from flyreg_core.color_maps import BLUE_BROWN, VIRIDIS, ColorMap, colors_of
-from flyreg_core.edits import Role
 from flyreg_core.errors import Cancelled
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.progress import Report
+from flyreg_core.project import Role
 from flyreg_core.results import Results
 from flyreg_core.vertex_quantities import (
     QUANTITIES,

@@ -54,7 +54,7 @@ class LandmarkCommands:
     def accept(self) -> None:
         """Make the selected suggestions landmarks of the user's own."""
         project = self._session.project
-        chosen = [p for p in self._chosen() if p.origin == "suggested" and p.weight > 0]
+        chosen = self._window.landmarks.suggested
         if project is not None and chosen:
             self._session.edit(
                 f"accept {_named(chosen)}", edits.accept_suggestions(project, chosen)
@@ -63,7 +63,7 @@ class LandmarkCommands:
     def mirror(self) -> None:
         """Add the twins of the selected landmarks on the other side of the animal."""
         project, results = self._session.project, self._session.results
-        chosen = [pair for pair in self._chosen() if pair.origin == "user"]
+        chosen = [pair for pair in self._window.landmarks.chosen if pair.origin == "user"]
         if project is None or results is None:
             return
         if not chosen:
@@ -86,7 +86,7 @@ class LandmarkCommands:
             on = not all(identifier in project.muted for identifier in chosen)
             verb = "mute" if on else "unmute"
             muted = edits.set_muted(project, chosen, on)
-            self._session.edit(f"{verb} {_named(self._chosen())}", muted)
+            self._session.edit(f"{verb} {_named(self._window.landmarks.chosen)}", muted)
 
     def set_acting(self, identifier: str, on: bool) -> None:
         """Have one landmark pull or not, as its tick in the table says."""
@@ -108,12 +108,12 @@ class LandmarkCommands:
             self._session.edit("end solo", edits.set_solo(project, []))
         elif project is not None and chosen:
             solo = edits.set_solo(project, chosen)
-            self._session.edit(f"solo {_named(self._chosen())}", solo)
+            self._session.edit(f"solo {_named(self._window.landmarks.chosen)}", solo)
 
     def recolor(self) -> None:
         """Ask for a colour for the selected landmarks of the user's own."""
         project = self._session.project
-        chosen = [pair for pair in self._chosen() if pair.origin == "user"]
+        chosen = [pair for pair in self._window.landmarks.chosen if pair.origin == "user"]
         if project is None or not chosen:
             self._window.show_problem("Select landmarks of your own to give them a colour.")
             return
@@ -281,10 +281,6 @@ class LandmarkCommands:
     def _pairs(self) -> list[LandmarkPair]:
         model = self._window.landmarks.model
         return [model.pair(row) for row in range(model.rowCount())]
-
-    def _chosen(self) -> list[LandmarkPair]:
-        chosen = set(self._selection.ids)
-        return [pair for pair in self._pairs() if pair.id in chosen]
 
 
 def _named(pairs: Iterable[LandmarkPair]) -> str:

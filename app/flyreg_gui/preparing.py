@@ -6,14 +6,14 @@ import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from flyreg_core.edits import Role, brain_of
+from flyreg_core.edits import brain_of
 from flyreg_core.errors import FlyregError, InputError, MeshError, TopologyError
 from flyreg_core.frame import BrainFrame
 from flyreg_core.handles import Handle, HandleParameters, as_point
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.pipeline import Pipeline
 from flyreg_core.progress import Report
-from flyreg_core.project import Brain, Project
+from flyreg_core.project import Brain, Project, Role
 from flyreg_core.results import Results
 
 ROLES: tuple[Role, Role] = ("source", "target")

@@ -9,12 +9,11 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
-from flyreg_core.edits import Role
 from flyreg_core.errors import FlyregError, InputError
 from flyreg_core.frame import BrainFrame
 from flyreg_core.handles import Handle
 from flyreg_core.mesh import SurfaceMesh
-from flyreg_core.project import Project
+from flyreg_core.project import Project, Role
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.failures import sentence_for
 from flyreg_gui.preparing import PreparingError, Remains

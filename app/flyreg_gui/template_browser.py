@@ -15,9 +15,8 @@ from PySide6.QtWidgets import (
 )
 
 from flyreg_core.brain_files import open_brain
-from flyreg_core.edits import Role
 from flyreg_core.errors import FlyregError
-from flyreg_core.project import BrainInput
+from flyreg_core.project import BrainInput, Role
 from flyreg_core.templates import is_installed, template_labels, template_unit
 from flyreg_gui.preparing import ROLES
 from flyreg_gui.thumbnails import PROBLEM, SIZE, VERTICES, Thumbnails

@@ -9,9 +9,9 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from flyreg_core import edits
-from flyreg_core.edits import Role
 from flyreg_core.frame import LEFT_RIGHT
 from flyreg_core.mesh import Booleans, Floats
+from flyreg_core.project import Role
 from flyreg_gui.preparing import ROLES
 from flyreg_gui.session import Session
 

@@ -8,9 +8,9 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from flyreg_core import edits
-from flyreg_core.edits import Role
 from flyreg_core.frame import ANTERO_POSTERIOR, DORSO_VENTRAL, LEFT_RIGHT, BrainFrame
 from flyreg_core.handles import Handle, HandleParameters
+from flyreg_core.project import Role
 from flyreg_core.results import Results
 from flyreg_gui.preparing import ROLES
 

@@ -39,7 +39,6 @@ EDITS = st.one_of(
     st.tuples(st.just(edits.add_unplaced), st.lists(st.sampled_from(["calyx", "AL_L"]))),
     st.tuples(st.just(edits.recolor_pairs), SOME, st.none() | st.just((1, 2, 3))),
     st.tuples(st.just(edits.add_neuropils), st.sampled_from(ROLES).map(REGIONS.get)),
-    st.tuples(st.just(edits.remove_neuropils)),
     st.tuples(st.just(edits.set_smoothing), FREE),
     st.tuples(st.just(edits.add_pair), NEW),
     st.tuples(st.just(edits.remove_pairs), SOME),

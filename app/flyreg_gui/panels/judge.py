@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from flyreg_core.edits import Role
+from flyreg_core.project import Role
 from flyreg_core.vertex_quantities import QUANTITIES, ROBUST, STATUS_NAMES, Summary
 from flyreg_gui.judging import ORIGINS, PLAIN, STATUS_COLORS, Judged, Judging, text_of
 from flyreg_gui.theme import Theme

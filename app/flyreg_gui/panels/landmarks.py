@@ -155,12 +155,14 @@ class LandmarksPanel(QWidget):
         if best is not None:
             self._on_smoothing(best)
 
-    def _suggested(self) -> list[LandmarkPair]:
-        """Return the selected suggestions that are in use."""
-        return [pair for pair in self._chosen() if pair.origin == "suggested" and pair.weight > 0]
+    @property
+    def suggested(self) -> list[LandmarkPair]:
+        """The selected suggestions that are in use."""
+        return [pair for pair in self.chosen if pair.origin == "suggested" and pair.weight > 0]
 
-    def _chosen(self) -> list[LandmarkPair]:
-        """Return the selected pairs, in the order in which they were selected."""
+    @property
+    def chosen(self) -> list[LandmarkPair]:
+        """The selected pairs, in the order in which they were selected."""
         pairs = (self.model.pair_of(identifier) for identifier in self._selection.ids)
         return [pair for pair in pairs if pair is not None]
 
@@ -220,10 +222,10 @@ class LandmarksPanel(QWidget):
         chosen = self._selection.ids
         self._show_selected_rows()
         self.weight_slider.setEnabled(bool(chosen))
-        self.accept_button.setEnabled(bool(self._suggested()))
+        self.accept_button.setEnabled(bool(self.suggested))
         names = self._names(chosen)
         self._weight_label.setText(f"Weight of {names}" if chosen else "Weight: select a landmark")
-        weights = [pair.weight for pair in self._chosen()]
+        weights = [pair.weight for pair in self.chosen]
         if not weights:
             self._weight_value.clear()
             self.weight_slider.setToolTip("")

@@ -16,9 +16,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from flyreg_core.edits import Role
 from flyreg_core.frame import BrainFrame
 from flyreg_core.handles import Handle
+from flyreg_core.project import Role
 from flyreg_gui.preparing import ROLES
 from flyreg_gui.session import Session
 from flyreg_gui.tunnels import Chosen, Tunnels, description_of, name_of, place_of

@@ -36,6 +36,7 @@ class SurfaceView:
         self._half_made = MarkerLayer(canvas, are_cubes=True)
         self._half_made_ids: tuple[str, ...] = ()
         self._half_made_points = NO_POINTS
+        self._half_made_drawn: tuple[object, ...] | None = None
         self._labels = LabelLayer(canvas)
         self._half_made_labels = LabelLayer(canvas)
         self._mesh: SurfaceMesh | None = None
@@ -123,6 +124,10 @@ class SurfaceView:
 
     def show_half_made(self, points: Floats, ids: tuple[str, ...], names: Sequence[str]) -> None:
         """Draw (n, 3) ends of landmarks whose other ends are still to be placed, as cubes."""
+        drawn = (ids, tuple(names), points.tolist(), self._theme)
+        if drawn == self._half_made_drawn:
+            return
+        self._half_made_drawn = drawn
         self._half_made_points, self._half_made_ids = points, ids
         color = self._theme.bad if self._theme else (180, 50, 20)
         colors = np.tile(np.array(color, dtype=np.uint8), (len(points), 1))
@@ -157,6 +162,7 @@ class SurfaceView:
         self._labels.show(NO_POINTS, [])
         self._half_made_labels.show(NO_POINTS, [])
         self._half_made_ids, self._half_made_points = (), NO_POINTS
+        self._half_made_drawn = None
         self._ids, self._points, self._style = (), NO_POINTS, None
         self.canvas.refresh()
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QPointF, Qt
 
-from flyreg_core.edits import Role
 from flyreg_core.frame import ANTERO_POSTERIOR, LEFT_RIGHT
 from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.project import Role
 from flyreg_core.relief import relief_colors
 from flyreg_gui.session import BrainOnShow, Session
 from flyreg_gui.theme import CUT, SOURCE, TARGET, TRIM, Theme

@@ -8,8 +8,8 @@ import numpy as np
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QMenu
 
-from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats
+from flyreg_core.project import Role
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.session import Session
 from flyreg_gui.theme import OESOPHAGUS, Theme

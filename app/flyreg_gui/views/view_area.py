@@ -12,9 +12,9 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from flyreg_core import edits
-from flyreg_core.edits import Role
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.progress import ignore
+from flyreg_core.project import Role
 from flyreg_core.relief import relief_colors
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_core.smooth import smooth
@@ -477,7 +477,9 @@ class ViewArea(QWidget):
             view.canvas.setCursor(cursor)
         for hand in self._hands:
             hand.set_on(self._mode.is_on)
-        self._show_landmarks()
+        results = self._session.results
+        if results is not None and not self._trim.is_on:
+            self._show_half_made(results)
 
 
 def points_of(places: Sequence[ArrayLike]) -> Floats:
