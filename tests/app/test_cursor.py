@@ -34,6 +34,10 @@ def hover(qtbot, canvas, position, is_done):
     qtbot.waitUntil(has_moved, timeout=LONG_MS)
 
 
+def has_left(mark, before):
+    return mark.point is not None and not np.array_equal(mark.point, before)
+
+
 def marked(window, view):
     return window.view_area.pointer.point_in(view)
 
@@ -104,12 +108,13 @@ def test_following_the_mouse_draws_no_scene_anew(qtbot, window):
     QApplication.processEvents()
     for view in area.views:
         view.canvas.renderer.AddObserver("EndEvent", lambda *_: drawings.append(1))
+    mark = area.pointer.marks[area.target]
     for step in range(1, 8):
-        qtbot.mouseMove(area.source.canvas, a_front_face(window) + QPoint(2 * step, step))
+        there, before = a_front_face(window) + QPoint(2 * step, step), mark.point
+        hover(qtbot, area.source.canvas, there, lambda before=before: has_left(mark, before))
         qtbot.waitUntil(lambda: not area.pointer._timer.isActive())
         QApplication.processEvents()
     assert drawings == []
-    mark = area.pointer.marks[area.target]
     center = mark.pos() + QPoint(mark.width() // 2, mark.height() // 2) - area.target.canvas.pos()
     shown = pixel(area.target.canvas, mark.point)
     assert (shown - center).manhattanLength() <= 2
