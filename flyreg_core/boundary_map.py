@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from flyreg_core.boundary import CurveKey, curve_key
+from flyreg_core.boundary import CurveKey
 from flyreg_core.correspondence import FlatBrain
 from flyreg_core.landmarks import HALVES, HalfName
 from flyreg_core.mesh import Floats
@@ -47,19 +47,19 @@ def seam_gaps(
     source: FlatBrain,
     target: FlatBrain,
     shift_of_u: Mapping[HalfName, Floats],
-    mapped: Mapping[CurveKey, Floats],
+    sewn: Mapping[CurveKey, Floats],
 ) -> Mapping[HalfName, Mapping[CurveKey, Floats]]:
     """Return how far sewing moved each half along the target's curves, micrometres.
 
-    For each half and each of its curves, (k,) values at the curve's vertices.
+    For each half and each of its curves, (k,) values at the curve's vertices, which came to lie at
+    the (k, 3) points `sewn`.
     """
     gaps: dict[HalfName, dict[CurveKey, Floats]] = {half: {} for half in HALVES}
     for key, curve in source.curves.items():
-        sewn = target.curves[key].at(mapped[key])
         for half, shift in _own_shifts(source, key, shift_of_u).items():
             alone = curve.share + shift
             alone = alone if curve.is_closed else np.clip(alone, 0, 1)
-            gaps[half][key] = np.linalg.norm(target.curves[key].at(alone) - sewn, axis=1)
+            gaps[half][key] = np.linalg.norm(target.curves[key].at(alone) - sewn[key], axis=1)
     return gaps
 
 
@@ -67,13 +67,12 @@ def _own_shifts(
     source: FlatBrain, key: CurveKey, shift_of_u: Mapping[HalfName, Floats]
 ) -> dict[HalfName, Floats]:
     """Return by how much of its arc length each half that has a curve moves the curve's vertices."""
-    name, curve = key[0], source.curves[key]
     shifts = {}
     for half in HALVES:
-        if curve_key(name, half) == key:
-            own = np.searchsorted(source.halves[half].vertex_of, curve.vertices)
+        rows = source.rows_of_curves[half].get(key)
+        if rows is not None:
             seen_from_front = 1 if half == "anterior" else -1
-            shifts[half] = seen_from_front * shift_of_u[half][own] / STARTS[name][1]
+            shifts[half] = seen_from_front * shift_of_u[half][rows] / STARTS[key[0]][1]
     return shifts
 
 

@@ -10,7 +10,7 @@ from typing import Literal
 import igl
 import numpy as np
 
-from flyreg_core.boundary import Curve, CurveKey
+from flyreg_core.boundary import Curve, CurveKey, curve_key
 from flyreg_core.cut import PIECES, Dissection
 from flyreg_core.errors import LandmarkError
 from flyreg_core.frame import DORSO_VENTRAL, LEFT_RIGHT, BrainFrame
@@ -24,7 +24,7 @@ from flyreg_core.landmarks import (
     LandmarkParameters,
     Pairing,
 )
-from flyreg_core.mesh import Floats
+from flyreg_core.mesh import Floats, Integers
 from flyreg_core.rectangle import perimeter_share, to_plane, u_of_perimeter, wrapped
 from flyreg_core.surface_places import find_places
 
@@ -45,6 +45,18 @@ class FlatBrain:
     def normals(self) -> Floats:
         """(n, 3) unit normals of the surface's vertices, outwards in the file too if it is mirrored."""
         return self.frame.outwards * self.dissection.surface.vertex_normals
+
+    @cached_property
+    def rows_of_curves(self) -> Mapping[HalfName, Mapping[CurveKey, Integers]]:
+        """Which of a half's own vertices lie on each of its curves, in the curve's order."""
+        return {
+            half: {
+                key: np.searchsorted(flat.vertex_of, curve.vertices)
+                for key, curve in self.curves.items()
+                if curve_key(key[0], half) == key
+            }
+            for half, flat in self.halves.items()
+        }
 
 
 @dataclass(frozen=True, eq=False)

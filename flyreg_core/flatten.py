@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, dijkstra
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from flyreg_core.errors import MeshError
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers
@@ -166,13 +166,21 @@ def solve_means(
             tension = weights[held] * known[other[held], axis]
             right[:, axis] += np.bincount(one[held], tension, n)
     total = np.asarray(np.bincount(i, weights, n) + np.bincount(j, weights, n), dtype=float)
-    solver = splu(
-        _free_laplacian(i, j, weights, total, free),
-        permc_spec="MMD_AT_PLUS_A",
-        options={"SymmetricMode": True},
-    )
+    solver = factorized(_free_laplacian(i, j, weights, total, free))
     known[free] = solver.solve(right[free])
     return known[:, 0], known[:, 1]
+
+
+def factorized(positive_definite: sparse.csc_array) -> SuperLU:
+    """Return what solves for a symmetric matrix; it needs no pivots, and no wide panels for a mesh."""
+    return splu(
+        positive_definite,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        relax=1,
+        panel_size=2,
+        options={"SymmetricMode": True},
+    )
 
 
 def _free_laplacian(

@@ -27,6 +27,7 @@ from flyreg_core.rectangle import (
     u_of_perimeter,
     wrapped,
 )
+from flyreg_core.side_by_side import both_halves, side_by_side
 from flyreg_core.strip_warp import draw_along, to_strip
 from flyreg_core.unfold import Unfolded, unfold
 
@@ -147,32 +148,37 @@ def register(
     changes at the boundary fades out linearly towards the other one. Folds that remain are mended
     (`unfold`).
     """
-    warped = {half: to_strip(places[half], source.halves[half].flat.uv[:, 0]) for half in HALVES}
+    report(0.0, "lifting")
+    warped = both_halves(lambda half: to_strip(places[half], source.halves[half].flat.uv[:, 0]))
     shifts = {half: warped[half][0] for half in HALVES}
     mapped = map_boundaries(source, shifts)
-    gaps = seam_gaps(source, target, shifts, mapped)
+    sewn = {key: target.curves[key].at(shares) for key, shares in mapped.items()}
+    gaps = seam_gaps(source, target, shifts, sewn)
     vertices = np.zeros_like(source.dissection.surface.vertices)
     points = target.dissection.surface.vertices
-    halves = {}
-    for number, half in enumerate(HALVES):
-        report(number / 3, "lifting")
+
+    def carry(half: HalfName) -> WarpedHalf:
         own, other = source.halves[half], target.halves[half]
         raw = _warp_half(own, other, warped[half], mapped)
         mended = unfold(raw, own.net, own.is_boundary, report)
         near = None if last is None else last.halves[half].face
-        grid = locators.halves[half]
-        table = locators.tables[half]
+        grid, table = locators.halves[half], locators.tables[half]
         face = _lift_into(vertices, own.vertex_of, mended.flat.uv, half, grid, table, near)
-        halves[half] = _warped_half(raw, mended, other.law, face, gaps[half])
-    flipped_on_caps = 0
-    for cap, target_cap, grid in zip(source_caps, locators.caps, locators.cap_grids, strict=True):
+        return _warped_half(raw, mended, other.law, face, gaps[half])
+
+    def carry_one_cap(number: int) -> int:
+        cap, to = source_caps[number], locators.caps[number]
         carried, flat_cap = carry_cap(
-            cap, source.curves, mapped, target_cap, target.curves, grid, points
+            *(cap, source.curves, mapped, to, target.curves, locators.cap_grids[number], points)
         )
         vertices[cap.vertex_of] = carried
-        flipped_on_caps += int((orientations(flat_cap[cap.faces]) <= 0).sum())
+        return int((orientations(flat_cap[cap.faces]) <= 0).sum())
+
+    halves = both_halves(carry)
+    flipped_on_caps = sum(side_by_side(carry_one_cap, range(len(source_caps))))
+    # halves and caps all wrote the vertices that they share; the curves say where these lie
     for key, curve in source.curves.items():
-        vertices[curve.vertices] = target.curves[key].at(mapped[key])
+        vertices[curve.vertices] = sewn[key]
     vertices.setflags(write=False)
     surface = source.dissection.surface.moved(vertices)
     return Registration(surface, halves, flipped_on_caps, _residuals(surface, ends))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from flyreg_core.errors import MeshError
-from flyreg_core.normals import vertex_normals
+from flyreg_core.normals import face_normals, vertex_normals
 from flyreg_core.surface_tree import SurfaceTree, build_tree
 
 Floats = NDArray[np.float64]
@@ -42,8 +42,7 @@ class SurfaceMesh:
     @cached_property
     def face_normals(self) -> Floats:
         """(m, 3) normals of length twice the face area."""
-        a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
-        return np.asarray(np.cross(b - a, c - a))
+        return face_normals(self.vertices, self.faces)
 
     @cached_property
     def face_areas(self) -> Floats:

@@ -45,6 +45,7 @@ from flyreg_core.progress import Report, ignore, in_chunks, within
 from flyreg_core.project import Brain, Project
 from flyreg_core.results import Pair, PreparedBrain, Results, find_warnings
 from flyreg_core.shape_map import ShapeMap, fit_shape_map
+from flyreg_core.side_by_side import both_halves
 from flyreg_core.simplify import Simplified, simplify
 from flyreg_core.smooth import SmoothParameters, smooth
 from flyreg_core.solid import VoxelSolid, close_solid, voxelize
@@ -257,7 +258,7 @@ class Pipeline:
     ) -> _FlatPlaces:
         """Return where vertices go, found anew where it must be exact, which outlasts the hand."""
         live = self._live(placements.source, report=within(report, 0.84, 0.86))
-        weights = tuple(tuple(placements.weights(half).tolist()) for half in HALVES)
+        weights = tuple(tuple(placements.weights[half].tolist()) for half in HALVES)
         asked = (placements.source, live, placements.geometry, weights, smoothing)
         is_exact = is_exact or self._spline.knows(*asked, True)
         return self._spline(*asked, is_exact, report=report)
@@ -365,12 +366,7 @@ def _flatten(
     dissection: Dissection, frame: BrainFrame, parameters: FlattenParameters, report: Report
 ) -> FlatBrain:
     curves = find_curves(dissection, frame)
-    halves = {
-        half: lay_flat(
-            dissection, curves, half, parameters, within(report, number / 2, (number + 1) / 2)
-        )
-        for number, half in enumerate(HALVES)
-    }
+    halves = both_halves(lambda half: lay_flat(dissection, curves, half, parameters, report))
     if parameters.passes is None:
         halves, curves = with_hole_as_seen(halves, curves, dissection.surface, frame)
     return FlatBrain(dissection, frame, curves, halves)
@@ -427,16 +423,17 @@ def _bend(
 ) -> _FlatPlaces:
     """Return where the vertices of each half go in the rectangle."""
     report(0.0, "fitting the spline")
-    places = {}
-    for half, own in zip(HALVES, weights, strict=True):
-        asked = (geometry.sources[half], geometry.targets[half], np.array(own), smoothing)
-        if is_exact:
-            spline = fit_thin_plate_spline(*asked)
-            plane = source.halves[half].plane
-            places[half] = np.asarray(in_chunks(spline, plane, report, "bending the source"))
-        else:
-            places[half] = live[half](*asked, report)
-    return _FlatPlaces(places, is_exact)
+    weights_of = dict(zip(HALVES, weights, strict=True))
+
+    def bend(half: HalfName) -> Floats:
+        own = np.array(weights_of[half])
+        asked = (geometry.sources[half], geometry.targets[half], own, smoothing)
+        if not is_exact:
+            return live[half](*asked, report)
+        spline = fit_thin_plate_spline(*asked)
+        return in_chunks(spline, source.halves[half].plane, report, "bending the source")
+
+    return _FlatPlaces(both_halves(bend), is_exact)
 
 
 def _judge(

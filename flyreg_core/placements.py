@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -33,10 +34,16 @@ class Placements:
     landmarks: tuple[PlacedLandmark, ...]
     geometry: Geometry
 
-    def weights(self, half: HalfName) -> Floats:
-        """Return how much the landmarks that act in a half weigh."""
-        rows = self.geometry.acting[half].tolist()
-        return np.array([self.landmarks[row].weight for row in rows])
+    @cached_property
+    def by_id(self) -> Mapping[str, PlacedLandmark]:
+        """The landmarks by the ids of their pairs, in order."""
+        return {mark.pair.id: mark for mark in self.landmarks}
+
+    @cached_property
+    def weights(self) -> Mapping[HalfName, Floats]:
+        """How much the landmarks that act in each half weigh."""
+        own = np.array([mark.weight for mark in self.landmarks], dtype=float)
+        return {half: own[rows] for half, rows in self.geometry.acting.items()}
 
 
 def place_all(
@@ -52,22 +59,16 @@ def place_all(
     Those whose ids are among `muted` keep their weights but do not pull.
     """
     report(0.0, "placing landmarks")
-    known: dict[str, PlacedLandmark] = {}
-    if last is not None and last.source is source and last.target is target:
-        known = {mark.pair.id: mark for mark in last.landmarks}
+    if last is not None and (last.source is not source or last.target is not target):
+        last = None
+    known = {} if last is None else last.by_id
     complete = [pair for pair in pairs if pair.is_placed]
-    new = tuple(pair for pair in complete if not _is_there(known.get(pair.id), pair))
-    known |= {mark.pair.id: mark for mark in place_landmarks(source, target, new)}
-    landmarks = tuple(_renewed(known[pair.id], pair, pair.id in muted) for pair in complete)
-    is_as_before = (
-        last is not None
-        and not new
-        and len(landmarks) == len(last.landmarks)
-        and all(
-            mark.plane is other.plane and mark.pair.id == other.pair.id
-            for mark, other in zip(landmarks, last.landmarks, strict=True)
-        )
+    lacking = tuple(pair for pair in complete if not _is_there(known.get(pair.id), pair))
+    new = {mark.pair.id: mark for mark in place_landmarks(source, target, lacking)}
+    landmarks = tuple(
+        _renewed(new.get(pair.id) or known[pair.id], pair, pair.id in muted) for pair in complete
     )
+    is_as_before = not new and list(known) == [pair.id for pair in complete]
     geometry = last.geometry if last is not None and is_as_before else _geometry(landmarks)
     return Placements(source, target, landmarks, geometry)
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
@@ -33,6 +32,7 @@ from flyreg_core.progress import Report, within
 from flyreg_core.rectangle import HEIGHT, WIDTH
 from flyreg_core.relief import relief_colors
 from flyreg_core.results import Results
+from flyreg_core.side_by_side import side_by_side
 from flyreg_core.surface_distance import distances_of_vertices
 
 T = TypeVar("T")
@@ -43,7 +43,6 @@ PIXELS = 420
 FLAT_PIXELS = (360, 240)
 READABLE = 0.62
 """Brightness of what no light reaches where colours are read off."""
-WORKERS = 2
 SIDE_CAPTIONS: Mapping[Side, str] = {
     "front": "from the front, dorsal up",
     "back": "from the back, dorsal up",
@@ -176,11 +175,15 @@ def make_figures(
         colors_of(results.beyond_alignment_um, 0.0, displacement_um),
     )
     keys = [(name, side) for name in layers for side in SIDES]
-    drawn = _in_parallel(lambda key: layers[key[0]].draw(key[1]), keys, within(report, 0.2, 0.8))
+    drawn = side_by_side(
+        lambda key: layers[key[0]].draw(key[1]), keys, within(report, 0.2, 0.8), "drawing pictures"
+    )
     pictures = dict(zip(keys, drawn, strict=True))
     plans = [*BEFORE_FLAT, *AFTER_FLAT]
     shots = [
-        _in_parallel(partial(_shot, pictures, plan), SIDES, within(report, 0.8, 0.9))
+        side_by_side(
+            partial(_shot, pictures, plan), SIDES, within(report, 0.8, 0.9), "drawing pictures"
+        )
         for plan in plans
     ]
     figures = [
@@ -236,20 +239,9 @@ def _flat_figure(
     )
     seen = "front" if half == "anterior" else "back"
     text = f"The rectangle with the oesophagus in its middle, seen from the {seen}."
-    return Figure(f"{half.capitalize()} half, flat", text, tuple(_in_parallel(shot, drawn, report)))
+    shots = side_by_side(shot, drawn, report, "drawing pictures")
+    return Figure(f"{half.capitalize()} half, flat", text, tuple(shots))
 
 
 def _packed(caption: str, picture: Picture) -> Shot:
     return Shot(caption, webp_bytes(picture), (picture.shape[1], picture.shape[0]))
-
-
-def _in_parallel(make: Callable[[T], R], items: Sequence[T], report: Report) -> list[R]:
-    made = []
-    pool = ThreadPoolExecutor(WORKERS)  # neither drawing nor packing holds the interpreter's lock
-    try:
-        for done, result in enumerate(pool.map(make, items)):
-            report(done / len(items), "drawing pictures")
-            made.append(result)
-    finally:
-        pool.shutdown(cancel_futures=True)
-    return made

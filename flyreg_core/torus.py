@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 from dataclasses import dataclass, replace
 
-import igl
 import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
@@ -268,14 +267,11 @@ def _return_to_original(
     surface: SurfaceMesh, may_move: Booleans, original: SurfaceMesh, pitch: float, report: Report
 ) -> SurfaceMesh:
     """Return the surface with vertices moved onto the original, never turning a face much."""
-    tree = igl.AABB()
-    tree.init(original.vertices, original.faces)
     movers = np.flatnonzero(may_move)
     for _ in range(ROUNDS):
         report(0.9, "returning to the original surface")
-        _, _, closest = tree.squared_distance(
-            original.vertices, original.faces, surface.vertices[movers]
-        )
+        _, face, barycentric = original.tree.nearest(surface.vertices[movers])
+        closest = np.einsum("ij,ijk->ik", barycentric, original.vertices[original.faces[face]])
         step = closest - surface.vertices[movers]
         length = np.linalg.norm(step, axis=1, keepdims=True)
         step *= np.minimum(1, FARTHEST_STEP * pitch / np.maximum(length, 1e-12))

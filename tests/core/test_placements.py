@@ -60,7 +60,7 @@ def test_what_is_kept_is_what_would_be_found_again(demo: PreparedBrain, pairs, e
         acting = [mark for mark in fresh if half in mark.plane]
         assert np.allclose(after.geometry.sources[half], [m.plane[half][0] for m in acting])
         assert np.allclose(after.geometry.targets[half], [m.plane[half][1] for m in acting])
-        assert after.weights(half).tolist() == [mark.pair.weight for mark in acting]
+        assert after.weights[half].tolist() == [mark.pair.weight for mark in acting]
 
 
 def test_a_weight_leaves_all_places_as_they_are(demo: PreparedBrain, pairs):
@@ -81,9 +81,9 @@ def test_a_muted_landmark_keeps_its_weight_and_place_and_does_not_pull(demo: Pre
     after = place_all(demo.flat, demo.flat, pairs, before, ignore, {pairs[-1].id})
     assert after.geometry is before.geometry
     assert after.landmarks[-1].pair is pairs[-1]
-    weights = {half: before.weights(half) for half in HALVES}
+    weights = {half: before.weights[half].copy() for half in HALVES}
     (half,) = after.landmarks[-1].plane
     weights[half][-1] = 0.0
-    assert all(np.array_equal(after.weights(half), weights[half]) for half in HALVES)
+    assert all(np.array_equal(after.weights[half], weights[half]) for half in HALVES)
     again = place_all(demo.flat, demo.flat, pairs, after, ignore)
-    assert again.weights(half).tolist() == before.weights(half).tolist()
+    assert again.weights[half].tolist() == before.weights[half].tolist()
