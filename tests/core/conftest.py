@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 from flyreg_resources.demo import make_demo_pair
-from hypothesis import settings
 
 from flyreg_core.brain_files import open_brain, write_mesh
 from flyreg_core.cli import DONE, main
@@ -15,9 +14,6 @@ from flyreg_core.project import Brain, Project
 from flyreg_core.solid import SolidParameters
 from tests.brains import PreparedBrain, prepare, register_pair
 from tests.frames import laid, random_frame
-
-settings.register_profile("flyreg", derandomize=True, deadline=None, max_examples=50)
-settings.load_profile("flyreg")
 
 VOXELS_ACROSS = 40
 """Coarse, so that the demo pair is ready within seconds."""
