@@ -34,8 +34,9 @@ def patience(monkeypatch):
 
         from tests.app.hands import LONG_MS
 
-        patient = partialmethod(QtBot.waitUntil, timeout=LONG_MS)
-        monkeypatch.setattr(QtBot, "waitUntil", patient)
+        for name in ("waitUntil", "waitSignal", "waitExposed"):
+            patient = partialmethod(getattr(QtBot, name), timeout=LONG_MS)
+            monkeypatch.setattr(QtBot, name, patient)
 
 
 @pytest.fixture(autouse=True)
@@ -97,6 +98,15 @@ def results(project, pipeline):
     return pipeline.run(project)
 
 
+@pytest.fixture(scope="session")
+def memory(pipeline, results):
+    """What each stage remembers when it has registered the demo project and nothing else."""
+    from flyreg_core.memo import Memo
+
+    memos = [stage for stage in vars(pipeline).values() if isinstance(stage, Memo)]
+    return [(memo, list(memo._remembered)) for memo in memos]
+
+
 @pytest.fixture
 def empty_window(qtbot, pipeline):
     """The window as it opens, with nothing in it."""
@@ -104,8 +114,9 @@ def empty_window(qtbot, pipeline):
     from PySide6.QtCore import Qt
     from PySide6.QtWidgets import QApplication
 
-    from tests.app.hands import activate
+    from tests.app.hands import activate, put_mouse_away
 
+    put_mouse_away()
     QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
     window = MainWindow(pipeline)
     window.resize(1500, 950)
@@ -119,10 +130,12 @@ def empty_window(qtbot, pipeline):
 
 
 @pytest.fixture
-def window(qtbot, empty_window, project, results):
-    """The window with the demo project registered."""
+def window(qtbot, empty_window, project, memory):
+    """The window with the demo project registered, and no trace of what earlier tests ran."""
     from tests.app.hands import settle
 
+    for memo, remembered in memory:
+        memo._remembered = list(remembered)
     empty_window.session.open(project)
     settle(qtbot, empty_window)
     return empty_window
