@@ -6,6 +6,7 @@ import pytest
 from flyreg_resources.demo import make_demo_pair
 
 from flyreg_core.brain_files import open_brain, write_mesh
+from flyreg_core.cache import FOLDER_VARIABLE
 from flyreg_core.cli import DONE, main
 from flyreg_core.landmarks import LandmarkParameters
 from flyreg_core.lift import Registration
@@ -72,8 +73,24 @@ def demo_project(demo_files: tuple[Path, Path]) -> Project:
 
 
 @pytest.fixture(scope="session")
-def registered(demo_files: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def known_brains(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder where `registered` keeps its prepared brains."""
+    return tmp_path_factory.mktemp("known")
+
+
+@pytest.fixture
+def brains_known(known_brains: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands find the brains of `registered` prepared, for a test that is not about that."""
+    monkeypatch.setenv(FOLDER_VARIABLE, str(known_brains))
+
+
+@pytest.fixture(scope="session")
+def registered(
+    demo_files: tuple[Path, Path], known_brains: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
     """The folder that `flyreg register` wrote for the demo pair."""
     folder = tmp_path_factory.mktemp("run") / "demo"
-    assert main(["register", *map(str, demo_files), "-o", str(folder), *COARSE]) == DONE
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(FOLDER_VARIABLE, str(known_brains))
+        assert main(["register", *map(str, demo_files), "-o", str(folder), *COARSE]) == DONE
     return folder
