@@ -48,13 +48,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeSch
     """
     from xdist.scheduler import LoadScopeScheduling
 
-    share_display = len(DISPLAYS) < len(config.getvalue("tx"))
-
     class Scheduling(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
             module = nodeid.partition("::")[0]
             is_window = Path(module).parent.name == "app"
-            return "windows" if is_window and share_display else module
+            is_shared = len(DISPLAYS) < self.numnodes
+            return "windows" if is_window and is_shared else module
 
     return Scheduling(config, log)
 
