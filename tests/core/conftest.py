@@ -2,9 +2,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from flyreg_resources.demo import make_demo_pair
 
+from flyreg_core.affine import AffineMap
 from flyreg_core.brain_files import open_brain, write_mesh
 from flyreg_core.cache import FOLDER_VARIABLE
 from flyreg_core.cli import DONE, main
@@ -12,6 +14,7 @@ from flyreg_core.landmarks import LandmarkParameters
 from flyreg_core.lift import Registration
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.project import Brain, Project
+from flyreg_core.shape_map import ShapeMap, fit_shape_map
 from flyreg_core.solid import SolidParameters
 from tests.brains import PreparedBrain, prepare, register_pair
 from tests.frames import laid, random_frame
@@ -51,6 +54,13 @@ def demo_elsewhere(request: pytest.FixtureRequest, demo_source: PreparedBrain) -
 @pytest.fixture(scope="session")
 def demo_registration(demo_source: PreparedBrain, demo_target: PreparedBrain) -> Registration:
     return register_pair(demo_source, demo_target, LandmarkParameters())
+
+
+@pytest.fixture(scope="session")
+def demo_shape_map(demo_source: PreparedBrain, demo_target: PreparedBrain) -> ShapeMap:
+    """The map of the shape of the demo's source on that of its target, from where they lie."""
+    start = AffineMap(np.eye(3), np.zeros(3))
+    return fit_shape_map(demo_source.original, demo_target.original, start)
 
 
 @pytest.fixture(scope="session")
