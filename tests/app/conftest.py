@@ -27,6 +27,16 @@ def own_folders(tmp_path, monkeypatch):
 
 
 @pytest.fixture(autouse=True)
+def mouse_away(request):
+    """The display's own pointer is over no window."""
+    if "qapp" in request.fixturenames:
+        request.getfixturevalue("qapp")
+        from tests.app.hands import put_mouse_away
+
+        put_mouse_away()
+
+
+@pytest.fixture(autouse=True)
 def patience(monkeypatch):
     """Whatever is waited for may take as long as it does on a busy machine."""
     if "PySide6.QtWidgets" in sys.modules:
@@ -114,9 +124,8 @@ def empty_window(qtbot, pipeline):
     from PySide6.QtCore import Qt
     from PySide6.QtWidgets import QApplication
 
-    from tests.app.hands import activate, put_mouse_away
+    from tests.app.hands import activate
 
-    put_mouse_away()
     QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
     window = MainWindow(pipeline)
     window.resize(1500, 950)
