@@ -1,11 +1,13 @@
 """Run the tests from a checkout: ``python3 tests [PYTEST ARGUMENTS]``.
 
-Sets up what is missing, then runs pytest.  On Linux the windows that the tests open go to a display
-that nobody sees.
+Sets up what is missing, then runs pytest.  On Linux the windows that the tests open go to displays
+that nobody sees, one for each process, so that no two windows take each other's keys or pointer.
 """
 
 from __future__ import annotations
 
+import contextlib
+import os
 import sys
 from pathlib import Path
 
@@ -15,8 +17,16 @@ import environment
 import programs
 import system_packages
 
-ON_ALL_CORES = ["-n", "auto", "--dist", "loadgroup"]
-"""How all tests are run; a few run in one process, which shows what they print."""
+DISPLAYS = "FLYREG_TEST_DISPLAYS"
+"""The variable that names a display for each process; conftest.py reads it."""
+MOST_PROCESSES = 4
+"""Each takes about 1.5 GB of memory."""
+
+
+def on_all_cores() -> tuple[int, list[str]]:
+    """Give in how many processes all tests run, and how; a few run in one, which can print."""
+    count = min(os.cpu_count() or 1, MOST_PROCESSES)
+    return count, ["-n", str(count), "--durations", "15"]
 
 
 def main(arguments: list[str]) -> int:
@@ -24,9 +34,14 @@ def main(arguments: list[str]) -> int:
     system_packages.prepare_system(window=True, private=True)
     system_packages.require_window(private=True)
     python = environment.set_up("test").program("python")
-    with environment.private_display() as variables:
+    processes, options = (1, arguments) if arguments else on_all_cores()
+    with contextlib.ExitStack() as stack:
+        displays = [stack.enter_context(environment.private_display()) for _ in range(processes)]
+        variables = dict(displays[0])
+        if variables:
+            variables[DISPLAYS] = " ".join(display["DISPLAY"] for display in displays)
         return programs.run(
-            [python, "-m", "pytest", *(arguments or ON_ALL_CORES)],
+            [python, "-m", "pytest", *options],
             variables,
             folder=environment.CHECKOUT,
             interactive=True,

@@ -27,6 +27,16 @@ def own_folders(tmp_path, monkeypatch):
 
 
 @pytest.fixture(autouse=True)
+def mouse_away(request):
+    """The display's own pointer is over no window."""
+    if "qapp" in request.fixturenames:
+        request.getfixturevalue("qapp")
+        from tests.app.hands import put_mouse_away
+
+        put_mouse_away()
+
+
+@pytest.fixture(autouse=True)
 def patience(monkeypatch):
     """Whatever is waited for may take as long as it does on a busy machine."""
     if "PySide6.QtWidgets" in sys.modules:
@@ -34,8 +44,9 @@ def patience(monkeypatch):
 
         from tests.app.hands import LONG_MS
 
-        patient = partialmethod(QtBot.waitUntil, timeout=LONG_MS)
-        monkeypatch.setattr(QtBot, "waitUntil", patient)
+        for name in ("waitUntil", "waitSignal", "waitExposed"):
+            patient = partialmethod(getattr(QtBot, name), timeout=LONG_MS)
+            monkeypatch.setattr(QtBot, name, patient)
 
 
 @pytest.fixture(autouse=True)
@@ -97,6 +108,15 @@ def results(project, pipeline):
     return pipeline.run(project)
 
 
+@pytest.fixture(scope="session")
+def memory(pipeline, results):
+    """What each stage remembers when it has registered the demo project and nothing else."""
+    from flyreg_core.memo import Memo
+
+    memos = [stage for stage in vars(pipeline).values() if isinstance(stage, Memo)]
+    return [(memo, list(memo._remembered)) for memo in memos]
+
+
 @pytest.fixture
 def empty_window(qtbot, pipeline):
     """The window as it opens, with nothing in it."""
@@ -119,10 +139,12 @@ def empty_window(qtbot, pipeline):
 
 
 @pytest.fixture
-def window(qtbot, empty_window, project, results):
-    """The window with the demo project registered."""
+def window(qtbot, empty_window, project, memory):
+    """The window with the demo project registered, and no trace of what earlier tests ran."""
     from tests.app.hands import settle
 
+    for memo, remembered in memory:
+        memo._remembered = list(remembered)
     empty_window.session.open(project)
     settle(qtbot, empty_window)
     return empty_window

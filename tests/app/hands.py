@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QPointF, Qt, QTimer
+from PySide6.QtCore import QPoint, QPointF, Qt, QTimer
+from PySide6.QtGui import QCursor
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
 
 LEFT = Qt.MouseButton.LeftButton
@@ -44,6 +46,22 @@ def pixel(canvas, point):
     return QPointF(*pixels[0]).toPoint()
 
 
+def put_mouse_away():
+    """Lay the display's own pointer where no window is; over one, it would take part in a test."""
+    corner = QApplication.primaryScreen().geometry().bottomRight()
+    QCursor.setPos(corner - QPoint(5, 5))
+
+
+def hover(window, widget, position):
+    """Move the mouse, no button pressed, to a place of a widget.
+
+    The window is told of it at once and by itself. `qtbot.mouseMove` would move the display's
+    pointer, of which the window hears later, and of some steps never.
+    """
+    for step in (QPoint(1, 0), QPoint(0, 0)):  # a mouse that is there already would not be told of
+        QTest.mouseMove(window.windowHandle(), widget.mapTo(window, position + step))
+
+
 def drag(qtbot, widget, positions, after_each):
     """Press at the first position, move through the others, release at the last."""
     qtbot.mousePress(widget, LEFT, pos=positions[0])
@@ -53,19 +71,20 @@ def drag(qtbot, widget, positions, after_each):
     qtbot.mouseRelease(widget, LEFT, pos=positions[-1])
 
 
-def answer_file_dialog(path):
-    """Choose a path in the next file dialog.
+def answer_file_dialog(*paths):
+    """Choose a path in the next file dialog, another one in the dialog after it.
 
     Typing it and clicking would be nearer to what users do, but Qt's own dialog enables its button
     only when a thread has read the folder, and every letter has it read again.
     """
+    waiting = list(paths)
 
     def answer():
         dialog = QApplication.activeModalWidget()
         if isinstance(dialog, QFileDialog):
-            dialog.findChild(QLineEdit, "fileNameEdit").setText(str(path))
+            dialog.findChild(QLineEdit, "fileNameEdit").setText(str(waiting.pop(0)))
             dialog.accept()
-        else:
+        if waiting:
             QTimer.singleShot(20, answer)
 
     QTimer.singleShot(20, answer)

@@ -125,9 +125,7 @@ def test_landmarks_are_hidden_and_resized_by_keys_and_blinking_ends_as_it_began(
     before = layer.actor.prop.opacity
     seen = set()
     press(qtbot, window, Qt.Key.Key_J)
-    qtbot.waitUntil(
-        lambda: seen.add(layer.actor.prop.opacity) or seen >= {0.0, 1.0}, timeout=10_000
-    )
+    qtbot.waitUntil(lambda: seen.add(layer.actor.prop.opacity) or seen >= {0.0, 1.0})
     press(qtbot, window, Qt.Key.Key_J)
     assert not action.isChecked()
     assert layer.actor.prop.opacity == before

@@ -9,33 +9,15 @@ pytest.importorskip("PySide6")
 from PySide6.QtCore import QEvent, QPoint
 from PySide6.QtWidgets import QApplication
 
-from tests.app.hands import LONG_MS, pixel
+from tests.app.hands import hover, pixel
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 
 
 def point_at(qtbot, window, view, position):
     """Move the mouse there, and wait until the mark has followed."""
-    pointer = window.view_area.pointer
-    pointer.leave()
-    hover(qtbot, view.canvas, position, lambda: pointer.place is not None)
-    qtbot.waitUntil(lambda: not pointer._timer.isActive(), timeout=LONG_MS)
-
-
-def hover(qtbot, canvas, position, is_done):
-    """Move the mouse to a place of a canvas, once more if the display lost the event."""
-
-    def has_moved():
-        if not is_done():
-            qtbot.mouseMove(canvas, position + QPoint(1, 0))
-            qtbot.mouseMove(canvas, position)
-        return is_done()
-
-    qtbot.waitUntil(has_moved, timeout=LONG_MS)
-
-
-def has_left(mark, before):
-    return mark.point is not None and not np.array_equal(mark.point, before)
+    hover(window, view.canvas, position)
+    qtbot.waitUntil(lambda: not window.view_area.pointer._timer.isActive())
 
 
 def marked(window, view):
@@ -98,7 +80,8 @@ def test_beside_the_brain_and_in_the_hole_nothing_is_marked(qtbot, window):
         (area.anterior, pixel(area.anterior.canvas, (0.0, 0.0, 0.0))),
     ):
         point_at(qtbot, window, area.target, a_front_face(window))
-        hover(qtbot, view.canvas, position, lambda: area.pointer.place is None)
+        point_at(qtbot, window, view, position)
+        assert area.pointer.place is None
         assert all(marked(window, other) is None for other in area.views)
 
 
@@ -110,9 +93,9 @@ def test_following_the_mouse_draws_no_scene_anew(qtbot, window):
         view.canvas.renderer.AddObserver("EndEvent", lambda *_: drawings.append(1))
     mark = area.pointer.marks[area.target]
     for step in range(1, 8):
-        there, before = a_front_face(window) + QPoint(2 * step, step), mark.point
-        hover(qtbot, area.source.canvas, there, lambda before=before: has_left(mark, before))
-        qtbot.waitUntil(lambda: not area.pointer._timer.isActive())
+        before = mark.point
+        point_at(qtbot, window, area.source, a_front_face(window) + QPoint(2 * step, step))
+        assert not np.array_equal(mark.point, before)
         QApplication.processEvents()
     assert drawings == []
     center = mark.pos() + QPoint(mark.width() // 2, mark.height() // 2) - area.target.canvas.pos()

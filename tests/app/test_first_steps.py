@@ -121,9 +121,7 @@ def test_two_templates_are_chosen_by_their_pictures(qtbot, monkeypatch, tmp_path
     monkeypatch.setattr(template_browser, "template_labels", lambda: labels)
     dialog = TemplateBrowser()
     dialog.show()
-    qtbot.waitUntil(
-        lambda: all("vertices" in item.text() for item in dialog._items.values()), timeout=60_000
-    )
+    qtbot.waitUntil(lambda: all("vertices" in item.text() for item in dialog._items.values()))
     picture = dialog._items["FCWB"].icon().pixmap(*thumbnails.SIZE).toImage()
     colors = {picture.pixel(x, y) for x in range(0, 170, 7) for y in range(0, 110, 7)}
     assert len(colors) > 30

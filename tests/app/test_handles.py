@@ -17,7 +17,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from tests.app.hands import CONTROL, LEFT, LONG_MS, pixel, press, settle
+from tests.app.hands import CONTROL, LEFT, LONG_MS, hover, pixel, press, settle
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 
@@ -131,7 +131,7 @@ def test_a_brain_without_tunnels_is_shown_as_read_and_drilled_by_two_clicks(
     qtbot.mouseClick(canvas, LEFT, pos=front)
     assert window.drill.start[0] == "source"
     assert "back" in window.status.hint.text()
-    qtbot.mouseMove(canvas, front + QPoint(5, 5))
+    hover(window, canvas, front + QPoint(5, 5))
     press(qtbot, window, Qt.Key.Key_Escape)
     assert window.drill.start is None
     qtbot.mouseClick(canvas, LEFT, pos=front)

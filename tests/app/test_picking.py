@@ -16,6 +16,7 @@ pytest.importorskip("PySide6")
 from PySide6.QtCore import QPointF
 from PySide6.QtWidgets import QApplication
 
+from tests.app.hands import LONG_MS
 from tests.app.picks import mispicks
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
@@ -75,7 +76,7 @@ def test_a_thousand_clicks_at_two_pixels_per_point_never_miss():
         },
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=LONG_MS / 1000,
         check=False,
     )
     assert run.stdout.startswith("pixels per point 2, mispicks 0 "), run.stdout + run.stderr

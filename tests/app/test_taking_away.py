@@ -11,14 +11,6 @@ pytest.importorskip("PySide6")
 from tests.app.hands import answer_file_dialog
 
 
-def answer_two(first, second):
-    """Choose a path in the next file dialog, and another one in the dialog after it."""
-    from PySide6.QtCore import QTimer
-
-    answer_file_dialog(first)
-    QTimer.singleShot(60, lambda: answer_file_dialog(second))
-
-
 @pytest.mark.parametrize("is_inverse", [False, True])
 def test_points_of_a_table_are_carried_as_the_command_does(window, tmp_path, is_inverse):
     results = window.session.results
@@ -27,7 +19,7 @@ def test_points_of_a_table_are_carried_as_the_command_does(window, tmp_path, is_
     start, end = tmp_path / "points.csv", tmp_path / "carried.csv"
     rows = "".join(f"{x!r},{y!r},{z!r},kept\n" for x, y, z in points.tolist())
     start.write_text("x,y,z,note\n" + rows + "9999,0,0,far\n")
-    answer_two(start, end)
+    answer_file_dialog(start, end)
     name = "carry_points_back" if is_inverse else "carry_points"
     window.actions_by_name[name].trigger()
     table = list(csv.DictReader(end.read_text().splitlines()))
@@ -53,7 +45,7 @@ def test_vertex_pairs_are_written_for_other_programs(window, tmp_path):
 def test_a_table_without_coordinates_is_a_sentence(window, tmp_path):
     start = tmp_path / "points.csv"
     start.write_text("a,b\n1,2\n")
-    answer_two(start, tmp_path / "out.csv")
+    answer_file_dialog(start, tmp_path / "out.csv")
     window.actions_by_name["carry_points"].trigger()
     assert "has no column x" in window.banner.text
     assert not (tmp_path / "out.csv").exists()

@@ -118,13 +118,25 @@ def test_the_same_command_and_the_saved_project_give_the_same_bytes(
         assert without_cost(report_of(tmp_path / folder)) == without_cost(report_of(registered))
 
 
-def test_options_of_register_are_kept_in_the_project(
-    demo_files: tuple[Path, Path], tmp_path: Path
-) -> None:
+@pytest.fixture(scope="module")
+def with_options(
+    registered: Path, demo_files: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """The folder that `flyreg register` wrote with options, and a landmark from a file."""
+    folder = tmp_path_factory.mktemp("options")
+    mesh = read_brain(open_brain(str(registered / "registered.ply")))
+    front = int(np.argmin(mesh.vertices[:, 2]))
+    table = folder / "landmarks.csv"
+    place = ",".join(f'"{x}"' for x in [*mesh.vertices[front], *mesh.vertices[front]])
+    table.write_text(f'"Pt-0","true",{place}\n')
     options = ["--pairing", "nearest", "--smoothing", "0.5", "--smoothing-passes", "20"]
-    arguments = [*map(str, demo_files), "-o", str(tmp_path / "run"), *COARSE, *options]
-    assert main(["register", *arguments, "--flattening-passes", "500"]) == DONE
-    project = load_project(tmp_path / "run" / "project.flyreg")
+    options += ["--flattening-passes", "500", "--landmarks", str(table)]
+    assert main(["register", *map(str, demo_files), "-o", str(folder), *COARSE, *options]) == DONE
+    return folder
+
+
+def test_options_of_register_are_kept_in_the_project(with_options: Path) -> None:
+    project = load_project(with_options / "project.flyreg")
     assert project.boundary.pairing == "nearest"
     assert project.smoothing == 0.5
     assert [brain.smooth.passes for brain in (project.source, project.target)] == [20, 20]
@@ -132,19 +144,10 @@ def test_options_of_register_are_kept_in_the_project(
 
 
 def test_landmarks_from_a_file_act_in_the_units_of_their_brains(
-    registered: Path, demo_files: tuple[Path, Path], tmp_path: Path
+    registered: Path, with_options: Path
 ) -> None:
-    project = load_project(registered / "project.flyreg")
-    mesh = read_brain(open_brain(str(registered / "registered.ply")))
-    source = project.source.input
-    front = int(np.argmin(mesh.vertices[:, 2]))
-    table = tmp_path / "landmarks.csv"
-    place = ",".join(f'"{x}"' for x in [*mesh.vertices[front], *mesh.vertices[front]])
-    table.write_text(f'"Pt-0","true",{place}\n')
-    arguments = [*map(str, demo_files), "-o", str(tmp_path / "run"), *COARSE]
-    assert main(["register", *arguments, "--landmarks", str(table)]) == DONE
-    assert report_of(tmp_path / "run")["landmarks"]["user"] == 1
-    assert source.unit == "um"
+    assert report_of(with_options)["landmarks"]["user"] == 1
+    assert load_project(registered / "project.flyreg").source.input.unit == "um"
 
 
 def test_prepare_writes_a_torus(
@@ -231,6 +234,7 @@ def test_facts_for_people_are_lines_of_text(
     assert "a_to_b:\n  mean_um: " in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("brains_known")
 def test_transform_carries_vertices_where_registration_put_them(
     registered: Path, tmp_path: Path
 ) -> None:
@@ -410,16 +414,20 @@ def test_ctrl_c_ends_soon_and_leaves_no_file(demo_files: tuple[Path, Path], tmp_
     # a shell that runs the tests in the background has its programs ignore Ctrl-C
     code = (
         "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "from flyreg_core.cli import main; sys.exit(main(sys.argv[1:]))"
+        "import flyreg_core.pipeline; from flyreg_core.cli import main\n"
+        "print('ready', flush=True); sys.exit(main(sys.argv[1:]))"
     )
     command = [sys.executable, "-c", code, "register", *map(str, demo_files)]
     process = subprocess.Popen(
         [*command, "-o", str(output), "--voxels", "110"],
+        stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
     )
-    time.sleep(4)  # somewhere in the middle of its work
+    assert process.stdout is not None
+    process.stdout.readline()  # it may take long until it can begin
+    time.sleep(2)  # somewhere in the middle of its work
     process.send_signal(signal.SIGINT)
     _, error = process.communicate(timeout=20)
     assert process.returncode == 130

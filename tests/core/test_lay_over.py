@@ -3,23 +3,20 @@ import pytest
 from flyreg_resources.demo import deform
 from scipy.spatial.distance import pdist
 
-from flyreg_core.affine import AffineMap
 from flyreg_core.boundary_map import LEAST_ADVANCE
 from flyreg_core.errors import LandmarkError
 from flyreg_core.landmarks import HALVES
 from flyreg_core.lay_over import find_partners, lay_over
 from flyreg_core.lift import build_locators, lift
 from flyreg_core.progress import ignore
-from flyreg_core.shape_map import fit_shape_map
 from flyreg_core.suggestions import STRONGEST, suggest_pairs
 from flyreg_core.surface_distance import distances_to_surface
 from flyreg_core.unfold import count_flipped
 
 
 @pytest.fixture(scope="module")
-def to_target(demo_source, demo_target):
-    start = AffineMap(np.eye(3), np.zeros(3))
-    return fit_shape_map(demo_source.original, demo_target.original, start)
+def to_target(demo_shape_map):
+    return demo_shape_map
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from flyreg_core import edits
 from flyreg_core.brain_files import open_brain
+from flyreg_core.cache import Cache
 from flyreg_core.cut_height import CutParameters
 from flyreg_core.errors import Cancelled, FlyregError, LandmarkError
 from flyreg_core.handles import HandleParameters
@@ -43,6 +44,12 @@ def pipeline() -> Pipeline:
 @pytest.fixture(scope="module")
 def results(pipeline: Pipeline, demo_project: Project) -> Results:
     return pipeline.run(demo_project)
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Cache:
+    """Where new pipelines find the brains that another new one has prepared."""
+    return Cache(tmp_path_factory.mktemp("cache"))
 
 
 def stages_run(pipeline: Pipeline, project: Project) -> set[str]:
@@ -130,6 +137,7 @@ def test_going_back_to_an_earlier_preparation_computes_nothing_slow(
 )
 def test_what_the_hand_sees_is_what_a_new_solution_gives_and_at_rest_it_is_that(
     pipeline: Pipeline,
+    cache: Cache,
     demo_project: Project,
     steps: list[tuple[str, float, float]],
 ) -> None:
@@ -137,7 +145,7 @@ def test_what_the_hand_sees_is_what_a_new_solution_gives_and_at_rest_it_is_that(
     for identifier, weight, smoothing in steps:
         project = edits.set_smoothing(edits.set_weight(project, identifier, weight), smoothing)
         pipeline.run(project, measure=False)
-    fresh = Pipeline().run(project).registration.surface
+    fresh = Pipeline(cache).run(project).registration.surface
     moving = pipeline.run(project, measure=False).registration.surface.vertices
     assert np.abs(moving - fresh.vertices).max() < AS_SEEN * fresh.diagonal
     at_rest = pipeline.run(project).registration.surface.vertices
