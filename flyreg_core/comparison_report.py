@@ -36,7 +36,7 @@ def comparison_report(
         "source": source.name,
         "target": target.name,
         "diagonal_um": comparison.target.diagonal,
-        "rows": [_row(row) for row in comparison.rows],
+        "rows": [row_report(row) for row in comparison.rows],
         "preparation_seconds": comparison.preparation_seconds,
         "points_outside": comparison.points_outside,
         "limits": {"seconds": limits.seconds, "megabytes": limits.megabytes},
@@ -44,7 +44,8 @@ def comparison_report(
     }
 
 
-def _row(row: Row) -> Facts:
+def row_report(row: Row) -> Facts:
+    """Return what one method came to as JSON has it."""
     distances: dict[str, Any] = dict.fromkeys(DIRECTIONS)
     if row.distances is not None:
         told = distance_report(row.distances, *DIRECTIONS)
@@ -68,7 +69,7 @@ def _row(row: Row) -> Facts:
 
 def as_table(facts: Mapping[str, Any]) -> str:
     """Return a comparison as a table for people, with what they should know about it below."""
-    cells = [HEADINGS, *(_cells(row) for row in facts["rows"])]
+    cells = [HEADINGS, *(cells_of(row) for row in facts["rows"])]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     lines = [
         "  ".join(
@@ -100,7 +101,8 @@ def _remarks(facts: Mapping[str, Any]) -> Sequence[str]:
     return remarks
 
 
-def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
+def cells_of(row: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return a row of the table for people, as `HEADINGS` has it."""
     back = row["target_to_source"]
     folded = row["folded_share"]
     return (

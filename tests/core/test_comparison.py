@@ -19,7 +19,7 @@ import psutil
 import pytest
 
 from flyreg_core.affine import AffineMap
-from flyreg_core.apart import Limits, run_apart
+from flyreg_core.apart import STARTED, Limits, run_apart
 from flyreg_core.brain_files import open_brain, read_brain, write_mesh
 from flyreg_core.cli import main
 from flyreg_core.comparison import METHODS, MovedSource, Rivalling, find_methods, folded_share
@@ -170,6 +170,31 @@ def test_a_report_that_cancels_leaves_no_process() -> None:
     with pytest.raises(Cancelled):
         run_apart(task("cpd-nonrigid"), Limits(), cancel, "")
     assert not psutil.Process().children()
+
+
+def test_a_worker_whose_parent_is_killed_ends_too_and_leaves_no_folder() -> None:
+    program = (
+        "from flyreg_core.apart import Limits, run_apart\n"
+        "from flyreg_core.progress import ignore\n"
+        "from tests.core.test_comparison import task\n"
+        "run_apart(task('cpd-nonrigid'), Limits(), ignore, '')"
+    )
+    places = os.pathsep.join(filter(None, sys.path))
+    parent = subprocess.Popen(
+        [sys.executable, "-c", program], env={**os.environ, "PYTHONPATH": places}
+    )
+    own = psutil.Process(parent.pid)
+    while not (workers := [w for w in own.children() if "flyreg_core.apart" in w.cmdline()]):
+        time.sleep(0.05)
+    (worker,) = workers
+    folder = Path(worker.cmdline()[-1])
+    while not (folder / STARTED).exists():
+        time.sleep(0.05)
+    parent.kill()
+    parent.wait()
+    _, alive = psutil.wait_procs([worker], timeout=10)
+    assert not alive
+    assert not folder.exists()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent another way on Windows")
