@@ -251,11 +251,10 @@ def _distance(arguments: argparse.Namespace) -> None:
 
 def _compare(arguments: argparse.Namespace) -> None:
     from flyreg_core.apart import Limits
-    from flyreg_core.brain_files import UM_PER_UNIT
     from flyreg_core.comparison import METHODS, compare
     from flyreg_core.comparison_report import as_table, comparison_report, write_comparison
     from flyreg_core.files import check_place
-    from flyreg_core.point_files import read_point_pairs
+    from flyreg_core.point_files import read_point_pairs_um
     from flyreg_core.project import Project
 
     if arguments.output is not None:
@@ -263,12 +262,10 @@ def _compare(arguments: argparse.Namespace) -> None:
     limits = Limits(arguments.time_limit, arguments.memory_limit)
     source = brain_of(arguments.source, arguments, "source")
     target = brain_of(arguments.target, arguments, "target")
-    truth = None
+    project, truth = Project(source, target), None
     if arguments.points is not None:
-        units = (UM_PER_UNIT[arguments.unit or brain.input.unit] for brain in (source, target))
-        truth = read_point_pairs(arguments.points).scaled(*units)
+        truth = read_point_pairs_um(arguments.points, project, arguments.unit)
     with _Progress() as progress:
-        project = Project(source, target)
         found = compare(project, arguments.methods or METHODS, truth, limits, progress)
     facts = comparison_report(found, source.input, target.input, limits)
     if arguments.output is not None:

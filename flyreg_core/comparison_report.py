@@ -14,12 +14,14 @@ import numpy as np
 from flyreg_core.apart import Limits
 from flyreg_core.brain_files import write_mesh
 from flyreg_core.comparison import Comparison, Row
-from flyreg_core.comparison_pictures import draw_methods, on_one_sheet
+from flyreg_core.comparison_pictures import SIZE, draw_methods, on_one_sheet
 from flyreg_core.files import make_folder, write_atomically
-from flyreg_core.picture import png_bytes
+from flyreg_core.picture import Picture, png_bytes, webp_bytes
 from flyreg_core.project import BrainInput, Unit
 from flyreg_core.report import Facts, distance_report, versions
+from flyreg_core.report_page import fill_page
 
+TEMPLATE = "comparison_page.html"
 DIRECTIONS = ("source_to_target", "target_to_source")
 HEADINGS = ("method", "s", "MB", "mean um", "rms um", "back um", "TRE um", "TRE p95", "folded %")
 
@@ -81,10 +83,11 @@ def as_table(facts: Mapping[str, Any]) -> str:
     for row, number in zip(facts["rows"], range(1, len(lines)), strict=True):
         if row["status"] != "done":
             lines[number] = f"{row['method'].ljust(widths[0])}  {row['status']}"
-    return "\n".join((*lines, "", *_remarks(facts)))
+    return "\n".join((*lines, "", *remarks_on(facts)))
 
 
-def _remarks(facts: Mapping[str, Any]) -> Sequence[str]:
+def remarks_on(facts: Mapping[str, Any]) -> Sequence[str]:
+    """Return what people should know about a comparison, a sentence each."""
     remarks = [
         f"{facts['source']} on {facts['target']}: mean and rms from the moved source to the target, back "
         "the mean from target to source."
@@ -122,10 +125,22 @@ def _number(value: float | None, digits: int) -> str:
     return "-" if value is None else f"{value:.{digits}f}"
 
 
-def write_comparison(folder: Path, comparison: Comparison, facts: Facts, unit: Unit) -> None:
-    """Write `compare.json`, `compare.csv` and `compare.png`, with all methods on one sheet.
+def write_comparison(
+    folder: Path,
+    comparison: Comparison,
+    facts: Facts,
+    unit: Unit,
+    pictures: Mapping[str, Picture] | None = None,
+) -> None:
+    """Write a comparison as `compare.json`, `compare.csv`, `compare.html` and `compare.png`.
 
-    Also `METHOD.ply` and `METHOD.png` for each method that came to an end, and `target.png`.
+    The last has all methods on one sheet. Also `METHOD.ply` and `METHOD.png` for each method that
+    came to an end, and `target.png`.
+
+    Parameters
+    ----------
+    pictures : mapping, optional
+        See `comparison_pictures.draw_methods`, if they are drawn already.
 
     Raises
     ------
@@ -136,11 +151,20 @@ def write_comparison(folder: Path, comparison: Comparison, facts: Facts, unit: U
     for row in comparison.rows:
         if row.surface is not None:
             write_mesh(folder / f"{row.method}.ply", row.surface, unit)
-    pictures = draw_methods(comparison)
+    if pictures is None:
+        pictures = draw_methods(comparison)
     for name, picture in (*pictures.items(), ("compare", on_one_sheet(pictures))):
         write_atomically(folder / f"{name}.png", png_bytes(picture))
+    write_atomically(folder / "compare.html", _as_page(facts, pictures))
     write_atomically(folder / "compare.csv", _as_csv(facts))
     write_atomically(folder / "compare.json", json.dumps(facts, indent=2) + "\n")
+
+
+def _as_page(facts: Facts, pictures: Mapping[str, Picture]) -> str:
+    """Return a comparison as a page that needs no other file."""
+    read = json.loads(json.dumps(facts))
+    files = {name: webp_bytes(picture) for name, picture in pictures.items()}
+    return fill_page(TEMPLATE, read, remarks=remarks_on(read), pictures=files, size=SIZE)
 
 
 def _as_csv(facts: Mapping[str, Any]) -> str:

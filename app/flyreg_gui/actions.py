@@ -78,6 +78,15 @@ SPECS = (
         needs="measured",
     ),
     ActionSpec(
+        "compare",
+        "File",
+        "Compare with ot&her methods…",
+        (),
+        lambda w: w.comparing.show(),
+        "Lay the source on the target by other methods too, and show what each comes to",
+        needs="project",
+    ),
+    ActionSpec(
         "export_vertex_pairs",
         "File",
         "Export &vertex pairs for navis…",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import Enum, auto
 from pathlib import Path
 
@@ -36,6 +37,8 @@ BRAIN_FILTER = ";;".join(
 )
 BRAIN_FILTER += ";;All files (*)"
 MOST_VOXEL_UM = 100.0
+MOST_LISTED = 8
+"""As many files are named that would be replaced."""
 UNITS: tuple[tuple[str, Unit | None], ...] = (
     ("find out", None),
     ("µm", "um"),
@@ -215,6 +218,30 @@ def ask_about_changes(parent: QWidget, changes: list[str]) -> Answer:
     box.setDefaultButton(buttons.Save)
     chosen = buttons(box.exec())
     return {buttons.Save: Answer.SAVE, buttons.Discard: Answer.DISCARD}.get(chosen, Answer.CANCEL)
+
+
+def may_replace(parent: QWidget, paths: Sequence[Path]) -> bool:
+    """Name the files that are there already, and ask whether they may be replaced."""
+    there = [path for path in paths if path.exists()]
+    if not there:
+        return True
+    box = QMessageBox(parent)
+    box.setIcon(QMessageBox.Icon.Warning)
+    box.setWindowTitle("Replace files")
+    is_one = len(there) == 1
+    what = there[0].name if is_one else f"{len(there)} of the files"
+    box.setText(f"{what} {'is' if is_one else 'are'} in {there[0].parent} already.")
+    names = [path.name for path in there[:MOST_LISTED]]
+    if len(there) > len(names):
+        names.append(f"{len(there) - len(names)} others")
+    box.setInformativeText(f"Replace {', '.join(names)}?")
+    replace = box.addButton("Replace", QMessageBox.ButtonRole.AcceptRole)
+    keep = box.addButton(QMessageBox.StandardButton.Cancel)
+    box.setDefaultButton(keep)
+    box.exec()
+    is_agreed = box.clickedButton() is replace
+    box.deleteLater()
+    return is_agreed
 
 
 def ask_for_saving_path(

@@ -26,6 +26,7 @@ from flyreg_core.results import Results
 from flyreg_gui.actions import enable_actions, make_actions
 from flyreg_gui.autosave import Autosave
 from flyreg_gui.blink import NAMES, Blink
+from flyreg_gui.comparison_dialog import ComparisonCommand
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.drops import Drops
 from flyreg_gui.files import FileCommands
@@ -112,6 +113,7 @@ class MainWindow(QMainWindow):
         self.recovery = RecoveryBar(self)
         self.blink = Blink(self.session, self.say, self)
         self.reports = ReportCommand(self)
+        self.comparing = ComparisonCommand(self)
         self.view_area = ViewArea(
             *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
             self.judging,
@@ -446,6 +448,7 @@ class MainWindow(QMainWindow):
         self.autosave.close()
         self.preferences.views = self.view_area.arrangement.state()
         self.reports.close()
+        self.comparing.close()
         self.runner.close()
         self.judging.close()
         self.view_area.close_canvases()

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -32,6 +33,7 @@ from tests.shapes import sphere
 
 DONE, WRONG_USAGE, BAD_INPUT = 0, 2, 3
 COARSE = ["--voxels", "32"]
+FILES = ("compare.png", "compare.json", "compare.csv", "compare.html")
 ROW_KEYS = {
     *("method", "seconds", "peak_memory_mb", "mean_um", "rms_um", "tre_mean_um", "tre_p95_um"),
     *("folded_share", "source_to_target", "target_to_source", "status"),
@@ -126,11 +128,24 @@ def test_meshes_pictures_and_tables_are_written(compared: Path) -> None:
     names = {path.name for path in compared.iterdir()} - {"stdout"}
     done = ("none", "alignment", "flyreg")
     expected = {f"{method}.{kind}" for method in done for kind in ("ply", "png")}
-    assert names == expected | {"target.png", "compare.png", "compare.json", "compare.csv"}
+    assert names == expected | {"target.png", *FILES}
     with (compared / "compare.csv").open(newline="") as stream:
         table = {row["method"]: row for row in csv.DictReader(stream)}
     for method, row in rows_of(compared).items():
         assert table[method]["source_to_target_rms_um"] == str(row["rms_um"] or "")
+
+
+def test_the_page_shows_the_figures_of_the_json_and_what_could_not_be_done(compared: Path) -> None:
+    page, facts = (compared / "compare.html").read_text(encoding="utf-8"), facts_of(compared)
+    told = {k: v for v, k in re.findall(r'<data value="([^"]*)" data-key="rows\.([^"]*)"', page)}
+    for number, row in enumerate(facts["rows"]):
+        if row["status"] != "done":
+            assert row["status"] in page
+        else:
+            assert told[f"{number}.tre_mean_um"] == str(row["tre_mean_um"])
+            assert told[f"{number}.source_to_target.mean_um"] == str(row["mean_um"])
+    assert page.count("data:image/webp;base64,") == 4
+    assert "http" not in page
 
 
 def test_a_rival_that_needs_too_much_memory_is_ended() -> None:
