@@ -164,7 +164,7 @@ def _as_page(facts: Facts, pictures: Mapping[str, Picture]) -> str:
     """Return a comparison as a page that needs no other file."""
     read = json.loads(json.dumps(facts))
     files = {name: webp_bytes(picture) for name, picture in pictures.items()}
-    return fill_page(TEMPLATE, read, remarks=remarks_on(read), pictures=files, size=SIZE)
+    return fill_page(TEMPLATE, read, remarks=remarks_on(read)[1:], pictures=files, size=SIZE)
 
 
 def _as_csv(facts: Mapping[str, Any]) -> str:

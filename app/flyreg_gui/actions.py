@@ -78,6 +78,15 @@ SPECS = (
         needs="measured",
     ),
     ActionSpec(
+        "report_on_points",
+        "File",
+        "Save report, measured on po&ints…",
+        (),
+        lambda w: w.reports.save_on_points(),
+        "Name corresponding points; the page tells how far from where they belong they land",
+        needs="measured",
+    ),
+    ActionSpec(
         "compare",
         "File",
         "Compare with ot&her methods…",

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 INTRODUCTION = (
     "Each method gets the same two prepared brains and runs in a process of its own. What a method "
-    "cannot do is said in its row."
+    "cannot do is said in its row. Lengths are in µm."
 )
 ICON = QSize(216, 162)
 MOST_SECONDS, MOST_MEGABYTES = 36_000, 1_000_000
@@ -87,7 +87,7 @@ class ComparisonDialog(QDialog):
         self.pictures.setMovement(QListView.Movement.Static)
         self.pictures.setSelectionMode(QListWidget.SelectionMode.NoSelection)
         self.pictures.setIconSize(ICON)
-        self.pictures.setFixedHeight(ICON.height() + 54)
+        self.pictures.setFixedHeight(ICON.height() + 46)
         self.pictures.setAccessibleName("What each method makes of the source")
         self.bar.setRange(0, 100)
         limits = QHBoxLayout()
@@ -111,7 +111,7 @@ class ComparisonDialog(QDialog):
         layout.addWidget(self.note)
         layout.addLayout(below)
         self.pictures.hide()
-        self.resize(1040, 660)
+        self.resize(1040, 760)
 
     def _connect(self) -> None:
         self._told.connect(self._on_told)
@@ -201,8 +201,8 @@ class ComparisonDialog(QDialog):
         outside = found.comparison.points_outside
         left_out = f"; {outside} points are too far from the main brain and left out"
         self._say(
-            f"Compared on {_pair(found.question.project)}{left_out if outside else ''}. All from the "
-            "front, at one scale:"
+            f"{_pair(found.question.project)}, all from the front, at one scale"
+            f"{left_out if outside else ''}"
         )
         self._show_busy(False)
 

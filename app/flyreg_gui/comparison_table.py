@@ -26,6 +26,8 @@ COLUMNS: tuple[tuple[str, str, float, int, str], ...] = (
     ("MB", "peak_memory_mb", 1, 0, "Most memory of its process, megabytes"),
 )
 """Header, key in the facts of a row, factor, digits, and tip."""
+PADDING = 6
+"""Of a row, pixels."""
 OWN = "this program, from the files to the registered surface"
 CHECKED, UNCHECKED = Qt.CheckState.Checked, Qt.CheckState.Unchecked
 
@@ -42,6 +44,7 @@ class ComparisonTable(QTableWidget):
             title.setToolTip(column[4])
             self.setHorizontalHeaderItem(number, title)
         self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + PADDING)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import Enum, auto
 from pathlib import Path
 
@@ -222,7 +222,7 @@ def ask_about_changes(parent: QWidget, changes: list[str]) -> Answer:
 
 def may_replace(parent: QWidget, paths: Sequence[Path]) -> bool:
     """Name the files that are there already, and ask whether they may be replaced."""
-    there = [path for path in paths if path.exists()]
+    there = [path for path in paths if path.is_file()]
     if not there:
         return True
     box = QMessageBox(parent)
@@ -245,11 +245,21 @@ def may_replace(parent: QWidget, paths: Sequence[Path]) -> bool:
 
 
 def ask_for_saving_path(
-    parent: QWidget, title: str, suggestion: Path, filters: str, suffix: str
+    parent: QWidget,
+    title: str,
+    suggestion: Path,
+    filters: str,
+    suffix: str,
+    beside: Callable[[Path], Sequence[Path]] = lambda path: (),
 ) -> Path | None:
-    """Ask where to save; a name without a suffix gets the given one."""
+    """Ask where to save; a name without a suffix gets the given one.
+
+    Nothing is replaced unasked: not the file, nor those that are to be written `beside` it.
+    """
     text, _ = QFileDialog.getSaveFileName(parent, title, str(suggestion), filters)
     if not text:
         return None
     path = Path(text)
-    return path if path.suffix else path.with_suffix(suffix)
+    unasked = [] if path.suffix else [path.with_suffix(suffix)]  # by the file dialog
+    path = path if path.suffix else path.with_suffix(suffix)
+    return path if may_replace(parent, [*unasked, *beside(path)]) else None
