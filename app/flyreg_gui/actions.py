@@ -316,7 +316,7 @@ SPECS = (
         "Copy as &command line",
         ("Ctrl+Shift+C",),
         lambda w: w.files.copy_command(),
-        "The flyreg command that repeats this registration; saves the project first",
+        "The flyreg command that repeats this registration",
         needs="project",
     ),
     ActionSpec(
