@@ -12,7 +12,7 @@ from PySide6.QtGui import QGuiApplication
 from flyreg_core.arguments import make_parser
 from flyreg_core.cli import _COMMANDS, _project
 from flyreg_core.report import write_registered
-from tests.app.hands import CONTROL, answer_file_dialog, press, settle
+from tests.app.hands import CONTROL, answer_file_dialog, press
 
 pytestmark = pytest.mark.window
 CONTROL_SHIFT = CONTROL | Qt.KeyboardModifier.ShiftModifier
@@ -21,7 +21,6 @@ CONTROL_SHIFT = CONTROL | Qt.KeyboardModifier.ShiftModifier
 def test_a_command_is_copied_without_a_project_file(qtbot, window):
     project = replace(window.session.project, smoothing=0.037)
     window.session.edit("change smoothing", project)
-    settle(qtbot, window)
     press(qtbot, window, Qt.Key.Key_C, CONTROL_SHIFT)
     words = shlex.split(QGuiApplication.clipboard().text())
     assert "--project" not in words
@@ -35,7 +34,6 @@ def test_what_a_command_cannot_say_is_told_and_nothing_is_copied(qtbot, window):
     press(qtbot, window, Qt.Key.Key_C, CONTROL_SHIFT)
     assert window.banner.text.startswith("A command cannot say weights; save the project")
     assert QGuiApplication.clipboard().text() == "mine"
-    settle(qtbot, window)
 
 
 def test_the_exported_mesh_is_that_of_the_command_byte_for_byte(qtbot, window, tmp_path):
