@@ -34,6 +34,7 @@ from flyreg_gui.views.camera import CameraLink, ViewSpace
 from flyreg_gui.views.canvas import Canvas, FlatCanvas
 from flyreg_gui.views.cursor import Cursor
 from flyreg_gui.views.flat_view import FlatView
+from flyreg_gui.views.cut_handle import CutHandle
 from flyreg_gui.views.landmark_hand import LandmarkHand
 from flyreg_gui.views.layers import Colors
 from flyreg_gui.views.markers import style_markers
@@ -139,6 +140,8 @@ class ViewArea(QWidget):
         self.trim_views = TrimViews(session, trim, brains)
         self.pointer = Cursor(session, self)
         self._hands = [
+        self.cut_handles = [CutHandle(self.cut_bar, view) for view in self.surface_views]
+        self._cut_spaces = {view: view.space for view in self.surface_views}
             LandmarkHand(
                 view.canvas,
                 mode,
@@ -204,6 +207,8 @@ class ViewArea(QWidget):
         self._show_landmarks()
 
     def set_blend(self, blend: float) -> None:
+        for handle in self.cut_handles:
+            handle.show_theme(theme)
         """Show the registered source at 0, the target at 1, where both are on show."""
         self._blend = blend
         self._show_blend()
@@ -244,6 +249,11 @@ class ViewArea(QWidget):
 
     def _on_maximise_asked(self, frame: ViewFrame) -> None:
         self.arrangement.toggle_maximised(frame)
+        self._show_cut_handles()
+
+    def _show_cut_handles(self) -> None:
+        for handle in self.cut_handles:
+            handle.show()
 
     def _on_stage_chosen(self, role: Role, number: int) -> None:
         self._stages[role] = STAGES[number]
@@ -296,6 +306,7 @@ class ViewArea(QWidget):
             return
         self._show_brains(results)
         self._show_landmarks()
+            self._show_cut_handles()
 
     def _on_remains(self, remains: Remains | None) -> None:
         """Show the brains as they were read, where they cannot be prepared."""
@@ -348,6 +359,9 @@ class ViewArea(QWidget):
         for view in self.flat_views:
             view.show(results, mine_colors, other_colors)
         inputs = (results.project.source.input, results.project.target.input)
+        if any(view.space is not space for view, space in self._cut_spaces.items()):
+            self._cut_spaces = {view: view.space for view in self.surface_views}
+            self._show_cut_handles()
         for role, frame, brain in zip(ROLES, self.frames[:2], inputs, strict=True):
             stage = self._stages[role]
             name = short_name(brain) + ("" if stage == "prepared" else f", {stage}")
