@@ -21,7 +21,7 @@ from PySide6.QtGui import QColor, QFont
 from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.project import Project
 from flyreg_core.results import Results
-from flyreg_gui.theme import KIND_COLORS, OFF, current_theme
+from flyreg_gui.theme import KIND_COLORS, OFF, Color, current_theme
 
 Index = QModelIndex | QPersistentModelIndex
 ROOT = QModelIndex()
@@ -138,6 +138,7 @@ class LandmarkTable(QAbstractTableModel):
         self._late_font = QFont()
         self._late_font.setItalic(True)
         self._by_id: dict[str, LandmarkPair] = {}
+        self._colors: Mapping[str, Color] = {}
 
     def show(self, project: Project | None, results: Results | None) -> None:
         """Show the landmarks of a project; `results` may be those of an earlier one."""
@@ -164,6 +165,13 @@ class LandmarkTable(QAbstractTableModel):
         if is_judged_anew and rows:
             last = self.index(len(rows) - 1, Column.LEVERAGE)
             self.dataChanged.emit(self.index(0, Column.RESIDUAL), last)
+
+    def show_colors(self, colors: Mapping[str, Color]) -> None:
+        """Show landmarks in other colours than their own, by id."""
+        self._colors = colors
+        if self._rows:
+            last = self.index(len(self._rows) - 1, Column.NAME)
+            self.dataChanged.emit(self.index(0, Column.NAME), last)
 
     def pair(self, row: int) -> LandmarkPair:
         """Return the pair in a row."""
@@ -233,7 +241,8 @@ class LandmarkTable(QAbstractTableModel):
             case Qt.ItemDataRole.CheckStateRole if column == Column.NAME:
                 return Qt.CheckState.Unchecked if row.is_muted else Qt.CheckState.Checked
             case Qt.ItemDataRole.DecorationRole if column == Column.NAME:
-                return QColor(*color_of(row.pair, row.is_acting))
+                own = color_of(row.pair, row.is_acting)
+                return QColor(*self._colors.get(row.pair.id, own))
             case Qt.ItemDataRole.ForegroundRole:
                 return self._ink(row, column)
             case Qt.ItemDataRole.FontRole if self._is_late(column):

@@ -50,7 +50,7 @@ class PointsDialog(QDialog):
         layout.addWidget(buttons)
         self.chooser.name.textChanged.connect(self._on_edited)
         self._on_edited()
-        self.resize(760, 0)
+        self.setMinimumWidth(720)
 
     def _on_edited(self) -> None:
         self.ok_button.setEnabled(self.chooser.path is not None)
@@ -64,5 +64,6 @@ class PointsDialog(QDialog):
         except (FlyregError, OSError) as error:
             self.problem.setText(sentence_for(error))
             self.problem.show()
+            self.adjustSize()
         else:
             self.accept()
