@@ -43,6 +43,7 @@ INTRODUCTION = (
     "Each method gets the same two prepared brains and runs in a process of its own. What a method "
     "cannot do is said in its row. Lengths are in µm."
 )
+WAITING = "waiting…"
 ICON = QSize(216, 162)
 MOST_SECONDS, MOST_MEGABYTES = 36_000, 1_000_000
 
@@ -140,7 +141,7 @@ class ComparisonDialog(QDialog):
         self.answer = self._page = None
         self.table.clear_rows()
         for name in methods:
-            self.table.say(name, "waiting…")
+            self.table.say(name, WAITING)
         self.pictures.clear()
         self.pictures.hide()
         self._say(f"Comparing {_pair(project)}")
@@ -214,18 +215,19 @@ class ComparisonDialog(QDialog):
 
     def _on_failed(self, error: Exception) -> None:
         self._end()
-        self._clear_waiting("")
+        for name in self._waiting():
+            self.table.describe(name)
         self._say(sentence_for(error), is_bad=True)
 
     def _on_stopped(self) -> None:
         self._end()
-        self._clear_waiting("cancelled")
+        for name in self._waiting():
+            self.table.say(name, "cancelled")
         self._say("Cancelled; the rows that were ready stay.")
 
-    def _clear_waiting(self, sentence: str) -> None:
-        for name in self.table.ticked:
-            if self.table.text(name, "Mean") == "waiting…":
-                self.table.say(name, sentence)
+    def _waiting(self) -> list[str]:
+        """Return the methods that came to nothing yet."""
+        return [name for name in self.table.ticked if self.table.text(name, "Mean") == WAITING]
 
     def _say(self, text: str, *, is_bad: bool = False) -> None:
         self.note.setText(text)

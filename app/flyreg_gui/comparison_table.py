@@ -76,9 +76,13 @@ class ComparisonTable(QTableWidget):
             box.setFlags(flags)
 
     def clear_rows(self) -> None:
-        """Take all figures away; a method that cannot be run here keeps the reason."""
+        """Take all figures away."""
         for name in METHODS:
-            self.say(name, self._lacking[name])
+            self.describe(name)
+
+    def describe(self, name: str) -> None:
+        """Say what a method is, or why it cannot be run here."""
+        self.say(name, self._lacking[name] or self.boxes[name].toolTip())
 
     def say(self, name: str, sentence: str) -> None:
         """Put a sentence where the figures of a method would stand."""
