@@ -76,6 +76,7 @@ class Canvas(QtInteractor):
         """
         self.close()
         self._ctx = self._surface = self._gl = None
+        self.grabber = self.handle = self._held = None  # they hold the canvas
 
     def set_samples(self, samples: int) -> None:
         """Draw with so many samples per pixel from now on."""
