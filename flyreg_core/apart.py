@@ -1,14 +1,18 @@
 """Run a task in a process of its own, so that its time and memory are its own and have limits.
 
 A task is a frozen dataclass of the engine with a method `run`; it goes to the process, and what it
-returns comes back, as an archive. The process is `python -m flyreg_core.apart FOLDER`.
+returns comes back, as an archive. The process is `python -m flyreg_core.apart FOLDER`; it ends when
+the one who waits for it does, however that ends.
 """
 
 from __future__ import annotations
 
+import os
+import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from contextlib import suppress
 from dataclasses import dataclass
@@ -20,11 +24,14 @@ import psutil
 from flyreg_core.archive import read_archive, write_archive
 from flyreg_core.errors import FlyregError
 from flyreg_core.progress import Report
+from flyreg_core.rivals.rival import lacks
 
 POLL_SECONDS = 0.02
 """How often time and memory are looked at; a shorter peak of memory is not seen."""
 TASK, STARTED, FINISHED, ANSWER = "task", "started", "finished", "answer"
 """Files in the folder of a process: what it does, marks of when it does it, and what came of it."""
+DESERTED = 3
+"""How a process ends that nobody waits for any more."""
 
 
 class Task(Protocol):
@@ -80,7 +87,7 @@ def run_apart(task: Task, limits: Limits, report: Report, text: str) -> Done:
             write_archive(file, task)
         apart = subprocess.Popen(
             [sys.executable, "-m", __name__, name],
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE,  # closed by the system when this process is gone
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             start_new_session=True,  # Ctrl-C is for the one who waits
@@ -89,7 +96,7 @@ def run_apart(task: Task, limits: Limits, report: Report, text: str) -> Done:
             peak, why = _watched(apart, folder, limits, report, text)
         finally:
             apart.kill()
-            apart.wait()
+            apart.communicate()
         if why:
             return Done(None, why, None, peak)
         answer = _answer(folder / ANSWER, apart.returncode)
@@ -130,8 +137,16 @@ def _answer(path: Path, status: int) -> _Answer:
     return _Answer(None, f"its process ended early, with status {status}", 0.0)
 
 
+def _end_when_deserted(folder: Path) -> None:
+    """End this process, and take its folder away, when the other end of its input is closed."""
+    os.read(sys.stdin.fileno(), 1)
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(DESERTED)
+
+
 def _work(folder: Path) -> None:
     """Run the task in a folder and leave its answer there."""
+    threading.Thread(target=_end_when_deserted, args=(folder,), daemon=True).start()
     with (folder / TASK).open("rb") as file:
         task: Task = read_archive(file)  # type: ignore[assignment]
     (folder / STARTED).touch()
@@ -142,7 +157,7 @@ def _work(folder: Path) -> None:
     except FlyregError as error:
         sentence = str(error)
     except ImportError as error:
-        sentence = f"needs the package {error.name}; install flyreg[rivals] to have it"
+        sentence = lacks(error.name)
     except MemoryError:
         sentence = "there is not enough memory for it"
     except BaseException as error:  # whatever a rival's package raises; the comparison goes on

@@ -124,8 +124,20 @@ def _add_register(commands: Commands, run: Mapping[str, Run]) -> None:
     command.add_argument(
         "--flattening-passes", type=int, metavar="N", help="average N times instead of solving"
     )
+    _add_points(command)
     add_brain_options(command, "source")
     add_brain_options(command, "target")
+
+
+def _add_points(command: argparse.ArgumentParser) -> None:
+    """Let points be named on which the target registration error is measured."""
+    command.add_argument(
+        "--points",
+        type=Path,
+        metavar="TRUTH.csv",
+        help="points x,y,z of the source and where they belong: x_target,y_target,z_target",
+    )
+    command.add_argument("--unit", choices=UNITS, help="unit of the points, if not their brains'")
 
 
 def _smoothing(text: str) -> float | str:
@@ -172,13 +184,7 @@ def _add_compare(commands: Commands, run: Mapping[str, Run]) -> None:
         metavar="NAMES",
         help="with commas between them, such as none,icp,flyreg (default: all)",
     )
-    command.add_argument(
-        "--points",
-        type=Path,
-        metavar="TRUTH.csv",
-        help="points x,y,z of the source and where they belong: x_target,y_target,z_target",
-    )
-    command.add_argument("--unit", choices=UNITS, help="unit of the points, if not their brains'")
+    _add_points(command)
     command.add_argument(
         "-o",
         "--output",

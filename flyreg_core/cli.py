@@ -19,6 +19,7 @@ from flyreg_core.brain_options import brain_of, prepared_as_told
 from flyreg_core.errors import FlyregError
 
 if TYPE_CHECKING:
+    from flyreg_core.point_files import PointPairs
     from flyreg_core.progress import Report
     from flyreg_core.project import Project
     from flyreg_core.results import Results
@@ -102,27 +103,33 @@ def _register(arguments: argparse.Namespace) -> None:
     from flyreg_core.cache import open_cache
     from flyreg_core.files import check_place
     from flyreg_core.pipeline import Pipeline
+    from flyreg_core.point_files import read_point_pairs_um
 
     started = time.perf_counter()
     check_place(arguments.output / "registered.ply")
-    project = _project(arguments)
+    project, truth = _project(arguments), None
+    if arguments.points is not None:
+        truth = read_point_pairs_um(arguments.points, project, arguments.unit)
     pipeline = Pipeline(open_cache())
     with _Progress() as progress:
         results = pipeline.run(project, progress)
         if arguments.smoothing == AUTOMATIC and results.judgement is not None:
             best = results.judgement.cross_validation.best
             results = pipeline.run(replace(project, smoothing=best), progress)
-    facts = _write_results(results, arguments.output, started)
+    facts = _write_results(results, truth, arguments.output, started)
     for warning in results.warnings:
         _say(f"flyreg: {warning}")
     _print(facts, arguments.json)
 
 
-def _write_results(results: Results, folder: Path, started: float) -> dict[str, object]:
+def _write_results(
+    results: Results, truth: PointPairs | None, folder: Path, started: float
+) -> dict[str, object]:
     from flyreg_core.cost import with_cost
     from flyreg_core.files import make_folder
     from flyreg_core.project_file import save_project
-    from flyreg_core.report import register_report, write_flat, write_registered
+    from flyreg_core.registration_error import register_report_on
+    from flyreg_core.report import write_flat, write_registered
     from flyreg_core.report_page import write_report
     from flyreg_core.vertex_pairs import write_vertex_pairs
 
@@ -132,7 +139,7 @@ def _write_results(results: Results, folder: Path, started: float) -> dict[str, 
     write_vertex_pairs(folder / "vertex-pairs.csv", results)
     save_project(results.project, folder / "project.flyreg")
     spent = time.perf_counter() - started
-    facts = with_cost(register_report(results), spent, results.seconds)
+    facts = with_cost(register_report_on(truth, results), spent, results.seconds)
     write_report(folder / "report.html", "project.flyreg", results, facts)
     return facts
 
@@ -251,11 +258,10 @@ def _distance(arguments: argparse.Namespace) -> None:
 
 def _compare(arguments: argparse.Namespace) -> None:
     from flyreg_core.apart import Limits
-    from flyreg_core.brain_files import UM_PER_UNIT
     from flyreg_core.comparison import METHODS, compare
     from flyreg_core.comparison_report import as_table, comparison_report, write_comparison
     from flyreg_core.files import check_place
-    from flyreg_core.point_files import read_point_pairs
+    from flyreg_core.point_files import read_point_pairs_um
     from flyreg_core.project import Project
 
     if arguments.output is not None:
@@ -263,12 +269,10 @@ def _compare(arguments: argparse.Namespace) -> None:
     limits = Limits(arguments.time_limit, arguments.memory_limit)
     source = brain_of(arguments.source, arguments, "source")
     target = brain_of(arguments.target, arguments, "target")
-    truth = None
+    project, truth = Project(source, target), None
     if arguments.points is not None:
-        units = (UM_PER_UNIT[arguments.unit or brain.input.unit] for brain in (source, target))
-        truth = read_point_pairs(arguments.points).scaled(*units)
+        truth = read_point_pairs_um(arguments.points, project, arguments.unit)
     with _Progress() as progress:
-        project = Project(source, target)
         found = compare(project, arguments.methods or METHODS, truth, limits, progress)
     facts = comparison_report(found, source.input, target.input, limits)
     if arguments.output is not None:

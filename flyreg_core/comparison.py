@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,6 +86,7 @@ def compare(
     truth: PointPairs | None = None,
     limits: Limits = Limits(),  # noqa: B008 - frozen
     report: Report = ignore,
+    tell: Callable[[Row], None] = lambda row: None,
 ) -> Comparison:
     """Return what methods come to on the brains of a project, each in a process of its own.
 
@@ -99,6 +100,8 @@ def compare(
         Points of the source and where they belong in the target, micrometres.
     limits : Limits
         Of each rival; flyreg has none.
+    tell : function of a Row
+        Called with each row as soon as it is known.
 
     Raises
     ------
@@ -138,6 +141,7 @@ def compare(
             description = rival.description
             moved = done.value if isinstance(done.value, MovedSource) else None
         rows.append(judge.row(name, description, done, moved, within(part, 0.8, 1.0)))
+        tell(rows[-1])
     return Comparison(
         prepared.source,
         prepared.target,

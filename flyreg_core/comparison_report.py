@@ -14,12 +14,14 @@ import numpy as np
 from flyreg_core.apart import Limits
 from flyreg_core.brain_files import write_mesh
 from flyreg_core.comparison import Comparison, Row
-from flyreg_core.comparison_pictures import draw_methods, on_one_sheet
+from flyreg_core.comparison_pictures import SIZE, draw_methods, on_one_sheet
 from flyreg_core.files import make_folder, write_atomically
-from flyreg_core.picture import png_bytes
+from flyreg_core.picture import Picture, png_bytes, webp_bytes
 from flyreg_core.project import BrainInput, Unit
 from flyreg_core.report import Facts, distance_report, versions
+from flyreg_core.report_page import fill_page
 
+TEMPLATE = "comparison_page.html"
 DIRECTIONS = ("source_to_target", "target_to_source")
 HEADINGS = ("method", "s", "MB", "mean um", "rms um", "back um", "TRE um", "TRE p95", "folded %")
 
@@ -36,7 +38,7 @@ def comparison_report(
         "source": source.name,
         "target": target.name,
         "diagonal_um": comparison.target.diagonal,
-        "rows": [_row(row) for row in comparison.rows],
+        "rows": [row_report(row) for row in comparison.rows],
         "preparation_seconds": comparison.preparation_seconds,
         "points_outside": comparison.points_outside,
         "limits": {"seconds": limits.seconds, "megabytes": limits.megabytes},
@@ -44,7 +46,8 @@ def comparison_report(
     }
 
 
-def _row(row: Row) -> Facts:
+def row_report(row: Row) -> Facts:
+    """Return what one method came to as JSON has it."""
     distances: dict[str, Any] = dict.fromkeys(DIRECTIONS)
     if row.distances is not None:
         told = distance_report(row.distances, *DIRECTIONS)
@@ -68,7 +71,7 @@ def _row(row: Row) -> Facts:
 
 def as_table(facts: Mapping[str, Any]) -> str:
     """Return a comparison as a table for people, with what they should know about it below."""
-    cells = [HEADINGS, *(_cells(row) for row in facts["rows"])]
+    cells = [HEADINGS, *(cells_of(row) for row in facts["rows"])]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     lines = [
         "  ".join(
@@ -80,10 +83,11 @@ def as_table(facts: Mapping[str, Any]) -> str:
     for row, number in zip(facts["rows"], range(1, len(lines)), strict=True):
         if row["status"] != "done":
             lines[number] = f"{row['method'].ljust(widths[0])}  {row['status']}"
-    return "\n".join((*lines, "", *_remarks(facts)))
+    return "\n".join((*lines, "", *remarks_on(facts)))
 
 
-def _remarks(facts: Mapping[str, Any]) -> Sequence[str]:
+def remarks_on(facts: Mapping[str, Any]) -> Sequence[str]:
+    """Return what people should know about a comparison, a sentence each."""
     remarks = [
         f"{facts['source']} on {facts['target']}: mean and rms from the moved source to the target, back "
         "the mean from target to source."
@@ -100,7 +104,8 @@ def _remarks(facts: Mapping[str, Any]) -> Sequence[str]:
     return remarks
 
 
-def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
+def cells_of(row: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return a row of the table for people, as `HEADINGS` has it."""
     back = row["target_to_source"]
     folded = row["folded_share"]
     return (
@@ -120,10 +125,22 @@ def _number(value: float | None, digits: int) -> str:
     return "-" if value is None else f"{value:.{digits}f}"
 
 
-def write_comparison(folder: Path, comparison: Comparison, facts: Facts, unit: Unit) -> None:
-    """Write `compare.json`, `compare.csv` and `compare.png`, with all methods on one sheet.
+def write_comparison(
+    folder: Path,
+    comparison: Comparison,
+    facts: Facts,
+    unit: Unit,
+    pictures: Mapping[str, Picture] | None = None,
+) -> None:
+    """Write a comparison as `compare.json`, `compare.csv`, `compare.html` and `compare.png`.
 
-    Also `METHOD.ply` and `METHOD.png` for each method that came to an end, and `target.png`.
+    The last has all methods on one sheet. Also `METHOD.ply` and `METHOD.png` for each method that
+    came to an end, and `target.png`.
+
+    Parameters
+    ----------
+    pictures : mapping, optional
+        See `comparison_pictures.draw_methods`, if they are drawn already.
 
     Raises
     ------
@@ -134,11 +151,20 @@ def write_comparison(folder: Path, comparison: Comparison, facts: Facts, unit: U
     for row in comparison.rows:
         if row.surface is not None:
             write_mesh(folder / f"{row.method}.ply", row.surface, unit)
-    pictures = draw_methods(comparison)
+    if pictures is None:
+        pictures = draw_methods(comparison)
     for name, picture in (*pictures.items(), ("compare", on_one_sheet(pictures))):
         write_atomically(folder / f"{name}.png", png_bytes(picture))
+    write_atomically(folder / "compare.html", _as_page(facts, pictures))
     write_atomically(folder / "compare.csv", _as_csv(facts))
     write_atomically(folder / "compare.json", json.dumps(facts, indent=2) + "\n")
+
+
+def _as_page(facts: Facts, pictures: Mapping[str, Picture]) -> str:
+    """Return a comparison as a page that needs no other file."""
+    read = json.loads(json.dumps(facts))
+    files = {name: webp_bytes(picture) for name, picture in pictures.items()}
+    return fill_page(TEMPLATE, read, remarks=remarks_on(read)[1:], pictures=files, size=SIZE)
 
 
 def _as_csv(facts: Mapping[str, Any]) -> str:

@@ -11,10 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
+from flyreg_core.brain_files import UM_PER_UNIT
 from flyreg_core.errors import FlyregError, InputError
 from flyreg_core.files import read_text, write_atomically
 from flyreg_core.landmark_files import read_landmark_pairs
 from flyreg_core.mesh import Floats
+from flyreg_core.project import Project, Unit
 from flyreg_core.transform import TransformedPoints
 
 AXES = ("x", "y", "z")
@@ -73,6 +75,23 @@ def read_point_pairs(path: Path) -> PointPairs:
     if not len(ends[0]):
         raise InputError(f"{path} holds no point with a place in both brains; choose another file")
     return PointPairs(ends[0], ends[1])
+
+
+def read_point_pairs_um(path: Path, project: Project, unit: Unit | None = None) -> PointPairs:
+    """Read points of the source of a project and where they belong in its target, as micrometres.
+
+    Parameters
+    ----------
+    unit : str, optional
+        Of both ends; usually each has that of the file of its brain.
+
+    Raises
+    ------
+    FlyregError
+        See `read_point_pairs`.
+    """
+    brains = (project.source.input, project.target.input)
+    return read_point_pairs(path).scaled(*(UM_PER_UNIT[unit or brain.unit] for brain in brains))
 
 
 def read_points(path: Path) -> PointTable:

@@ -25,7 +25,7 @@ from flyreg_core.report import Facts
 from flyreg_core.report_pictures import Figure, make_figures
 from flyreg_core.results import Results
 
-TEMPLATE = "report_page.html"
+TEMPLATE, STYLE = "report_page.html", "page.css"
 WORST_LANDMARKS = 12
 """As many are listed on their own; all follow, folded away."""
 DIGITS = 3
@@ -71,22 +71,32 @@ def make_page(facts: Facts, results: Results, project_file: str, report: Report 
 
 def render(facts: Mapping[str, Any], figures: Sequence[Figure], project_file: str) -> str:
     """Return the page of facts as JSON has them, with pictures."""
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters["data_uri"] = _data_uri
-    text = resources.files("flyreg_core").joinpath(TEMPLATE).read_text(encoding="utf-8")
     command = ["flyreg", "register", "--project", project_file, "-o", "again"]
-    page = environment.from_string(text).render(
-        facts=facts,
+    return fill_page(
+        TEMPLATE,
+        facts,
         figures=figures,
-        figure=_Figures(facts),
         worst=_worst_landmarks(facts["landmark_list"]),
         curve=Markup(_curve(facts)),
         anchors=["#{:02x}{:02x}{:02x}".format(*color) for color in VIRIDIS.anchors],
         command=shlex.join(command),
     )
+
+
+def fill_page(template: str, facts: Mapping[str, Any], **more: object) -> str:
+    """Return a template of this package filled with facts as JSON has them, in the pages' style."""
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["data_uri"] = _data_uri
+    page = environment.from_string(_text_of(template)).render(
+        facts=facts, figure=_Figures(facts), style=Markup(_text_of(STYLE)), **more
+    )
     return page.encode("utf-8", "backslashreplace").decode("utf-8")  # names may be no valid text
+
+
+def _text_of(name: str) -> str:
+    return resources.files("flyreg_core").joinpath(name).read_text(encoding="utf-8")
 
 
 class _Figures:

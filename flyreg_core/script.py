@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -53,7 +53,11 @@ def python_program(project: Project) -> str:
 
 def register_command(project_file: Path, folder: str = "registered") -> str:
     """Return the command that registers a saved project, quoted for the shell of this system."""
-    words = ["flyreg", "register", "--project", str(project_file), "-o", folder]
+    return quoted(["flyreg", "register", "--project", str(project_file), "-o", folder])
+
+
+def quoted(words: Sequence[str]) -> str:
+    """Return the words of a command, quoted for the shell of this system."""
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 
 

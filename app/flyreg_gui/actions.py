@@ -78,6 +78,24 @@ SPECS = (
         needs="measured",
     ),
     ActionSpec(
+        "report_on_points",
+        "File",
+        "Save report, measured on po&ints…",
+        (),
+        lambda w: w.reports.save_on_points(),
+        "Name corresponding points; the page tells how far from where they belong they land",
+        needs="measured",
+    ),
+    ActionSpec(
+        "compare",
+        "File",
+        "Compare with ot&her methods…",
+        (),
+        lambda w: w.comparing.show(),
+        "Lay the source on the target by other methods too, and show what each comes to",
+        needs="project",
+    ),
+    ActionSpec(
         "export_vertex_pairs",
         "File",
         "Export &vertex pairs for navis…",
@@ -298,7 +316,7 @@ SPECS = (
         "Copy as &command line",
         ("Ctrl+Shift+C",),
         lambda w: w.files.copy_command(),
-        "The flyreg command that repeats this registration; saves the project first",
+        "The flyreg command that repeats this registration",
         needs="project",
     ),
     ActionSpec(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from enum import Enum, auto
 from pathlib import Path
 
@@ -36,6 +37,8 @@ BRAIN_FILTER = ";;".join(
 )
 BRAIN_FILTER += ";;All files (*)"
 MOST_VOXEL_UM = 100.0
+MOST_LISTED = 8
+"""As many files are named that would be replaced."""
 UNITS: tuple[tuple[str, Unit | None], ...] = (
     ("find out", None),
     ("µm", "um"),
@@ -217,12 +220,46 @@ def ask_about_changes(parent: QWidget, changes: list[str]) -> Answer:
     return {buttons.Save: Answer.SAVE, buttons.Discard: Answer.DISCARD}.get(chosen, Answer.CANCEL)
 
 
+def may_replace(parent: QWidget, paths: Sequence[Path]) -> bool:
+    """Name the files that are there already, and ask whether they may be replaced."""
+    there = [path for path in paths if path.is_file()]
+    if not there:
+        return True
+    box = QMessageBox(parent)
+    box.setIcon(QMessageBox.Icon.Warning)
+    box.setWindowTitle("Replace files")
+    is_one = len(there) == 1
+    what = there[0].name if is_one else f"{len(there)} of the files"
+    box.setText(f"{what} {'is' if is_one else 'are'} in {there[0].parent} already.")
+    names = [path.name for path in there[:MOST_LISTED]]
+    if len(there) > len(names):
+        names.append(f"{len(there) - len(names)} others")
+    box.setInformativeText(f"Replace {', '.join(names)}?")
+    replace = box.addButton("Replace", QMessageBox.ButtonRole.AcceptRole)
+    keep = box.addButton(QMessageBox.StandardButton.Cancel)
+    box.setDefaultButton(keep)
+    box.exec()
+    is_agreed = box.clickedButton() is replace
+    box.deleteLater()
+    return is_agreed
+
+
 def ask_for_saving_path(
-    parent: QWidget, title: str, suggestion: Path, filters: str, suffix: str
+    parent: QWidget,
+    title: str,
+    suggestion: Path,
+    filters: str,
+    suffix: str,
+    beside: Callable[[Path], Sequence[Path]] = lambda path: (),
 ) -> Path | None:
-    """Ask where to save; a name without a suffix gets the given one."""
+    """Ask where to save; a name without a suffix gets the given one.
+
+    Nothing is replaced unasked: not the file, nor those that are to be written `beside` it.
+    """
     text, _ = QFileDialog.getSaveFileName(parent, title, str(suggestion), filters)
     if not text:
         return None
     path = Path(text)
-    return path if path.suffix else path.with_suffix(suffix)
+    unasked = [] if path.suffix else [path.with_suffix(suffix)]  # by the file dialog
+    path = path if path.suffix else path.with_suffix(suffix)
+    return path if may_replace(parent, [*unasked, *beside(path)]) else None

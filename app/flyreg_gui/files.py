@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 from flyreg_resources.demo import make_demo_pair
 from PySide6.QtCore import QStandardPaths
 from PySide6.QtGui import QGuiApplication
@@ -16,8 +15,9 @@ from flyreg_core.brain_files import open_brain, write_mesh
 from flyreg_core.errors import FlyregError
 from flyreg_core.project import Brain, BrainInput, Project, Role
 from flyreg_core.project_file import load_project, save_project
-from flyreg_core.results import Results
-from flyreg_core.script import python_program, register_command
+from flyreg_core.report import write_registered
+from flyreg_core.script import python_program, quoted, register_command
+from flyreg_core.stated_command import only_in_a_file, stated_words
 from flyreg_gui.dialogs import Answer, OpenBrainsDialog, ask_about_changes, ask_for_saving_path
 from flyreg_gui.failures import sentence_for
 from flyreg_gui.preferences import RecentBrain
@@ -175,21 +175,26 @@ class FileCommands:
         if path is None:
             return
         try:
-            export_mesh(results, path)
+            write_registered(path, results)
         except (FlyregError, OSError) as error:
             self._window.show_problem(sentence_for(error))
         else:
             self._window.say(f"Exported {path}")
 
     def copy_command(self) -> None:
-        """Copy the command that repeats what is on show; it needs the project saved."""
+        """Copy the command that repeats what is on show, with a project file only if it needs one."""
         session = self._session
         if session.project is None:
             return
-        if (session.path is None or session.unsaved_changes) and not self.save():
-            return
-        if session.path is not None:
+        if session.path is not None and not session.unsaved_changes:
             self._copy(register_command(session.path), "The command")
+        elif needed := only_in_a_file(session.project):
+            self._window.show_problem(
+                f"A command cannot say {' and '.join(needed)}; save the project (Ctrl+S), then copy "
+                "the command again"
+            )
+        else:
+            self._copy(quoted(stated_words(session.project)), "The command")
 
     def copy_python(self) -> None:
         """Copy a Python program that repeats what is on show."""
@@ -200,17 +205,6 @@ class FileCommands:
     def _copy(self, text: str, what: str) -> None:
         QGuiApplication.clipboard().setText(text)
         self._window.say(f"{what} that repeats this registration is on the clipboard")
-
-
-def export_mesh(results: Results, path: Path) -> None:
-    """Write the registered mesh in the unit of the target's file.
-
-    Each vertex carries how far the registration moved it, where the format has room for that.
-    """
-    moved, source = results.registration.surface, results.source.surface
-    displacement = np.linalg.norm(moved.vertices - source.vertices, axis=1)
-    unit = results.project.target.input.unit
-    write_mesh(path, moved, unit, {"displacement_um": displacement})
 
 
 def demo_project() -> Project:

@@ -16,12 +16,12 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor
+from PySide6.QtGui import QColor, QFont
 
 from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.project import Project
 from flyreg_core.results import Results
-from flyreg_gui.theme import KIND_COLORS, OFF, current_theme
+from flyreg_gui.theme import KIND_COLORS, OFF, Color, current_theme
 
 Index = QModelIndex | QPersistentModelIndex
 ROOT = QModelIndex()
@@ -53,6 +53,7 @@ HEADER_TIPS = (
     "How far off all other landmarks would put it, in micrometres: a wrong click stands out",
     "How far a landmark decides its own place: 0 % not at all, 100 % nobody else has a say there",
 )
+LATE = "Before this change; measured anew when the hand rests"
 NUMBERS = (Column.RESIDUAL, Column.FORETOLD, Column.LEVERAGE)
 
 
@@ -64,15 +65,16 @@ class Judged:
     foretold_um: Mapping[str, float] = field(default_factory=dict)
     leverage: Mapping[str, float] = field(default_factory=dict)
     suspicious: frozenset[str] = frozenset()
+    is_late: bool = False  # what is known only at rest is that of results before
 
     @classmethod
-    def of(cls, results: Results | None) -> Judged:
-        """Return what is known; errors without a landmark are known once the hand rests."""
+    def of(cls, results: Results | None, before: Judged) -> Judged:
+        """Return what is known; until the hand rests, some of it is what was known before."""
         if results is None:
             return cls()
         residual, judgement = results.registration.residual_um, results.judgement
         if judgement is None:
-            return cls(residual)
+            return replace(before, residual_um=residual, is_late=True)
         foretold = judgement.leave_one_out_um
         return cls(residual, foretold, judgement.leverage, _outlying(foretold))
 
@@ -133,7 +135,10 @@ class LandmarkTable(QAbstractTableModel):
         self._rows: list[Row] = []
         self._judged = Judged()
         self._judged_of: object = None
+        self._late_font = QFont()
+        self._late_font.setItalic(True)
         self._by_id: dict[str, LandmarkPair] = {}
+        self._colors: Mapping[str, Color] = {}
 
     def show(self, project: Project | None, results: Results | None) -> None:
         """Show the landmarks of a project; `results` may be those of an earlier one."""
@@ -142,7 +147,7 @@ class LandmarkTable(QAbstractTableModel):
         is_new = list(self._by_id) != list(by_id)
         is_judged_anew = results is not self._judged_of
         if is_judged_anew:
-            self._judged, self._judged_of = Judged.of(results), results
+            self._judged, self._judged_of = Judged.of(results, self._judged), results
         if is_new:
             self.beginResetModel()
         self._rows, self._by_id = rows, by_id
@@ -160,6 +165,13 @@ class LandmarkTable(QAbstractTableModel):
         if is_judged_anew and rows:
             last = self.index(len(rows) - 1, Column.LEVERAGE)
             self.dataChanged.emit(self.index(0, Column.RESIDUAL), last)
+
+    def show_colors(self, colors: Mapping[str, Color]) -> None:
+        """Show landmarks in other colours than their own, by id."""
+        self._colors = colors
+        if self._rows:
+            last = self.index(len(self._rows) - 1, Column.NAME)
+            self.dataChanged.emit(self.index(0, Column.NAME), last)
 
     def pair(self, row: int) -> LandmarkPair:
         """Return the pair in a row."""
@@ -229,9 +241,12 @@ class LandmarkTable(QAbstractTableModel):
             case Qt.ItemDataRole.CheckStateRole if column == Column.NAME:
                 return Qt.CheckState.Unchecked if row.is_muted else Qt.CheckState.Checked
             case Qt.ItemDataRole.DecorationRole if column == Column.NAME:
-                return QColor(*color_of(row.pair, row.is_acting))
+                own = color_of(row.pair, row.is_acting)
+                return QColor(*self._colors.get(row.pair.id, own))
             case Qt.ItemDataRole.ForegroundRole:
                 return self._ink(row, column)
+            case Qt.ItemDataRole.FontRole if self._is_late(column):
+                return self._late_font
             case Qt.ItemDataRole.ToolTipRole:
                 return self._tip(row, column)
             case Qt.ItemDataRole.TextAlignmentRole if column in NUMBERS:
@@ -260,6 +275,10 @@ class LandmarkTable(QAbstractTableModel):
         mark = "⚠ " if column == Column.FORETOLD and row.pair.id in self._judged.suspicious else ""
         return f"{mark}{number:.2f}" if np.isfinite(number) else "alone"
 
+    def _is_late(self, column: Column) -> bool:
+        """Tell whether a column holds what was known before the change that is being made."""
+        return self._judged.is_late and column in (Column.FORETOLD, Column.LEVERAGE)
+
     def _sort_key(self, row: Row, column: Column) -> Any:
         match column:
             case Column.NAME:
@@ -272,11 +291,15 @@ class LandmarkTable(QAbstractTableModel):
         return -1.0 if number is None else number
 
     def _ink(self, row: Row, column: Column) -> QColor | None:
+        if self._is_late(column):
+            return QColor(*current_theme().faint)
         if row.lacking or (column == Column.FORETOLD and row.pair.id in self._judged.suspicious):
             return QColor(*current_theme().bad)
         return None if row.is_acting else QColor(*current_theme().faint)
 
     def _tip(self, row: Row, column: Column) -> str:
+        if self._is_late(column):
+            return LATE
         if row.lacking:
             return (
                 f"{row.pair.name}: not placed on the {row.lacking} yet; select it and click its "

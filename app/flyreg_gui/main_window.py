@@ -26,6 +26,7 @@ from flyreg_core.results import Results
 from flyreg_gui.actions import enable_actions, make_actions
 from flyreg_gui.autosave import Autosave
 from flyreg_gui.blink import NAMES, Blink
+from flyreg_gui.comparison_dialog import ComparisonCommand
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.drops import Drops
 from flyreg_gui.files import FileCommands
@@ -34,6 +35,7 @@ from flyreg_gui.judging import ORIGINS, Judging
 from flyreg_gui.keymap import Keymap
 from flyreg_gui.landmark_commands import LandmarkCommands
 from flyreg_gui.landmark_mode import LandmarkMode
+from flyreg_gui.marker_colors import MarkerColoring
 from flyreg_gui.menus import Menus, make_toolbar
 from flyreg_gui.modes import Mode, Modes
 from flyreg_gui.neuropils import Neuropils
@@ -102,6 +104,7 @@ class MainWindow(QMainWindow):
         self.drill = DrillMode(self.session, self)
         self.trim = TrimMode(self.session, self)
         self.judging = Judging(self.session, self)
+        self.coloring = MarkerColoring(self.session, self)  # before what shows its colours
         self.files = FileCommands(self)
         self.neuropils = Neuropils(self.session, self)
         self.landmark_commands = LandmarkCommands(self)
@@ -112,14 +115,15 @@ class MainWindow(QMainWindow):
         self.recovery = RecoveryBar(self)
         self.blink = Blink(self.session, self.say, self)
         self.reports = ReportCommand(self)
+        self.comparing = ComparisonCommand(self)
         self.view_area = ViewArea(
             *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
-            self.judging,
+            *(self.judging, self.coloring),
         )
         self.view_commands = ViewCommands(self.view_area, self.selection)
         self.steps = StepsPanel(self.session, self.tunnels, self.trim)
         self.landmarks = LandmarksPanel(self.session, self.selection)
-        self.judge = JudgePanel(self.judging)
+        self.judge = JudgePanel(self.judging, self.coloring)
         self.banner, self.start = Banner(), StartPage()
         self.fold_alarm = FoldAlarm(self.session)
         self.blend = QSlider(Qt.Orientation.Horizontal)
@@ -200,6 +204,7 @@ class MainWindow(QMainWindow):
         session.results_changed.connect(self._on_guess)
         self.tunnels.changed.connect(self._on_tunnels)
         self.judging.chosen_changed.connect(self._on_judging_chosen)
+        self.coloring.colored.connect(self.landmarks.model.show_colors)
         self.banner.asked.connect(self._on_help_asked)
         self.steps.tunnels.drill_asked.connect(self.actions_by_name["drill"].toggle)
         self.autosave.set_seconds(self.preferences.autosave_seconds)
@@ -446,6 +451,7 @@ class MainWindow(QMainWindow):
         self.autosave.close()
         self.preferences.views = self.view_area.arrangement.state()
         self.reports.close()
+        self.comparing.close()
         self.runner.close()
         self.judging.close()
         self.view_area.close_canvases()

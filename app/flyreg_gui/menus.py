@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QLabel, QMenu, QSizePolicy, QToolBar, QWidget
 
 from flyreg_gui.actions import fill_menu
 from flyreg_gui.landmark_mode import KINDS
-from flyreg_gui.view_menus import add_view_menus
+from flyreg_gui.view_menus import add_marker_menu, add_view_menus
 
 if TYPE_CHECKING:
     from flyreg_gui.main_window import MainWindow
@@ -48,6 +48,7 @@ class Menus:
             menus["View"], actions, ("blink", "link", "focus", "blink_target", "markers", "dark")
         )
         add_view_menus(menus["View"], actions, window.view_area.arrangement)
+        add_marker_menu(menus["View"], actions["own_names"], window.coloring)
         fill_menu(menus["Help"], actions)
         menus["View"].addSeparator()
         for dock in window.docks:

@@ -10,13 +10,15 @@ from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QProgressDialog
 
 from flyreg_core.cost import with_cost
+from flyreg_core.point_files import PointPairs
 from flyreg_core.progress import Report
 from flyreg_core.project_file import save_project
-from flyreg_core.report import register_report
+from flyreg_core.registration_error import register_report_on
 from flyreg_core.report_page import write_report
 from flyreg_core.results import Results
 from flyreg_gui.dialogs import ask_for_saving_path
 from flyreg_gui.failures import sentence_for
+from flyreg_gui.points_dialog import PointsDialog
 from flyreg_gui.work import Work
 
 if TYPE_CHECKING:
@@ -38,15 +40,31 @@ class ReportCommand(QObject):
     def save(self) -> None:
         """Ask where to write the report of what is on show, and write it."""
         session = self._window.session
+        if session.results is not None and session.is_complete and self._work is None:
+            self._save(session.results, None)
+
+    def save_on_points(self) -> None:
+        """Ask for corresponding points too, and tell on the page how far they land from each other."""
+        session = self._window.session
         if session.results is None or not session.is_complete or self._work is not None:
             return
+        results = session.results
+        dialog = PointsDialog(results.project, self._window.preferences, self._window)
+        dialog.exec()
+        truth = dialog.truth
+        dialog.deleteLater()
+        if truth is not None:
+            self._save(results, truth)
+
+    def _save(self, results: Results, truth: PointPairs | None) -> None:
         folder = Path(self._window.preferences.folder)
         path = ask_for_saving_path(
-            self._window, "Save report", folder / "report.html", "Web page (*.html)", ".html"
+            *(self._window, "Save report", folder / "report.html", "Web page (*.html)", ".html"),
+            lambda path: (path.with_suffix(".json"), project_beside(path)),
         )
         if path is not None:
             self._path = path
-            self._start(Work(partial(write_all, path, session.results), self))
+            self._start(Work(partial(write_all, path, results, truth), self))
 
     def close(self) -> None:
         """End what is being written; called when the window closes."""
@@ -95,7 +113,12 @@ class ReportCommand(QObject):
         self._work = self._progress = None
 
 
-def write_all(path: Path, results: Results, report: Report) -> None:
+def project_beside(page: Path) -> Path:
+    """Return where the project is saved that repeats what a page reports."""
+    return page.with_name(f"{page.stem}-project.flyreg")
+
+
+def write_all(path: Path, results: Results, truth: PointPairs | None, report: Report) -> None:
     """Write the page, its figures, and the project, with names that begin alike.
 
     Raises
@@ -103,7 +126,7 @@ def write_all(path: Path, results: Results, report: Report) -> None:
     InputError
         A file cannot be written.
     """
-    project = path.with_name(f"{path.stem}-project.flyreg")
-    facts = with_cost(register_report(results), sum(results.seconds.values()), results.seconds)
+    project, facts = project_beside(path), register_report_on(truth, results)
+    facts = with_cost(facts, sum(results.seconds.values()), results.seconds)
     write_report(path, project.name, results, facts, report)
     save_project(results.project, project)

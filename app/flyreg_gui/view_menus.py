@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu
 
 from flyreg_gui.actions import fill_menu
+from flyreg_gui.marker_colors import CHOICES, MarkerColoring
 from flyreg_gui.views.arrangement import LAYOUTS, Arrangement
 
 VIEWS = (
@@ -44,3 +45,20 @@ def add_view_menus(menu: QMenu, actions: dict[str, QAction], arrangement: Arrang
 
     arrangement.changed.connect(show)
     show()
+
+
+def add_marker_menu(menu: QMenu, before: QAction, coloring: MarkerColoring) -> None:
+    """Add the choice of what landmarks are coloured by."""
+    colors = QMenu("Colour landmarks b&y", menu)
+    colors.setObjectName("Colour landmarks by")
+    group = QActionGroup(colors)
+    by_name = {}
+    for name, title, meaning in CHOICES:
+        action = colors.addAction(title)
+        action.setCheckable(True)
+        action.setChecked(name == coloring.chosen)
+        action.setStatusTip(meaning)
+        action.triggered.connect(lambda _on, name=name: coloring.choose(name))
+        by_name[name] = group.addAction(action)
+    coloring.chosen_changed.connect(lambda name: by_name[name].setChecked(True))
+    menu.insertMenu(before, colors)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from flyreg_gui.judging import is_choice
+from flyreg_gui.marker_colors import is_marker_choice
 from flyreg_gui.views.camera import Pose
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ def view_state(window: MainWindow) -> dict[str, object]:
     state: dict[str, object] = {
         "blend": window.blend.value(),
         "colors": window.judging.chosen,
+        "marker_colors": window.coloring.chosen,
         "views": window.view_area.arrangement.state(),
     }
     pose = window.view_area.source.pose()
@@ -38,6 +40,9 @@ def read_view_state(window: MainWindow, state: Mapping[str, object]) -> None:
     colors = state.get("colors")
     if isinstance(colors, str) and is_choice(colors):
         window.judging.choose(colors)
+    markers = state.get("marker_colors")
+    if isinstance(markers, str) and is_marker_choice(markers):
+        window.coloring.choose(markers)
     camera = state.get("camera")
     if not isinstance(camera, Mapping):
         return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.progress import Report
@@ -32,6 +33,18 @@ class Rival:
     description: str  # with the settings that are not its authors' defaults
     run: Callable[[SurfaceMesh, SurfaceMesh, Report], Moved]
     is_aligned: bool = True  # whether it starts from the engine's affine alignment
+    package: str = ""  # that it needs besides the engine's own
+
+    @property
+    def lacking(self) -> str:
+        """Why it cannot be run here; empty if it can."""
+        is_there = not self.package or find_spec(self.package) is not None
+        return "" if is_there else lacks(self.package)
+
+
+def lacks(package: str | None) -> str:
+    """Say that a package is missing, and how to have it."""
+    return f"needs the package {package}; install flyreg[rivals] to have it"
 
 
 def moved_by(carry: SpaceMap, source: SurfaceMesh) -> Moved:

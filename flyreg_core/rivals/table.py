@@ -32,30 +32,42 @@ RIVALS = (
         partial(closest_points_rigid, is_scaled=True),
     ),
     Rival("icp-affine", "iterative closest points, affine", closest_points_affine),
-    Rival("icp-plane", "iterative closest points to planes, rigid", closest_points_to_planes),
+    Rival(
+        "icp-plane",
+        "iterative closest points to planes, rigid",
+        closest_points_to_planes,
+        package="small_gicp",
+    ),
     Rival("ndt", "normal distributions transform, rigid", fit_distributions),
     Rival(
         "cpd-rigid",
         f"coherent point drift, rigid and scaled, {DENSE_POINTS} points of each",
         drift_rigid,
+        package="rustcpd",
     ),
     Rival(
-        "cpd-affine", f"coherent point drift, affine, {DENSE_POINTS} points of each", drift_affine
+        "cpd-affine",
+        f"coherent point drift, affine, {DENSE_POINTS} points of each",
+        drift_affine,
+        package="rustcpd",
     ),
     Rival(
         "cpd-nonrigid",
         f"coherent point drift, non-rigid, {DENSE_POINTS} points of each",
         drift_freely,
+        package="rustcpd",
     ),
     Rival(
         "cpd-low-rank",
         f"coherent point drift, non-rigid, rank {RANK}, {LOW_RANK_POINTS} points of each",
         partial(drift_freely, count=LOW_RANK_POINTS, rank=RANK),
+        package="rustcpd",
     ),
     Rival(
         "nricp",
         f"optimal step non-rigid ICP, source reduced to {COARSE_VERTICES} vertices",
         bend_mesh,
+        package="rtree",
     ),
 )
 

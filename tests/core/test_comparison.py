@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -19,7 +20,7 @@ import psutil
 import pytest
 
 from flyreg_core.affine import AffineMap
-from flyreg_core.apart import Limits, run_apart
+from flyreg_core.apart import STARTED, Limits, run_apart
 from flyreg_core.brain_files import open_brain, read_brain, write_mesh
 from flyreg_core.cli import main
 from flyreg_core.comparison import METHODS, MovedSource, Rivalling, find_methods, folded_share
@@ -32,6 +33,7 @@ from tests.shapes import sphere
 
 DONE, WRONG_USAGE, BAD_INPUT = 0, 2, 3
 COARSE = ["--voxels", "32"]
+FILES = ("compare.png", "compare.json", "compare.csv", "compare.html")
 ROW_KEYS = {
     *("method", "seconds", "peak_memory_mb", "mean_um", "rms_um", "tre_mean_um", "tre_p95_um"),
     *("folded_share", "source_to_target", "target_to_source", "status"),
@@ -126,11 +128,24 @@ def test_meshes_pictures_and_tables_are_written(compared: Path) -> None:
     names = {path.name for path in compared.iterdir()} - {"stdout"}
     done = ("none", "alignment", "flyreg")
     expected = {f"{method}.{kind}" for method in done for kind in ("ply", "png")}
-    assert names == expected | {"target.png", "compare.png", "compare.json", "compare.csv"}
+    assert names == expected | {"target.png", *FILES}
     with (compared / "compare.csv").open(newline="") as stream:
         table = {row["method"]: row for row in csv.DictReader(stream)}
     for method, row in rows_of(compared).items():
         assert table[method]["source_to_target_rms_um"] == str(row["rms_um"] or "")
+
+
+def test_the_page_shows_the_figures_of_the_json_and_what_could_not_be_done(compared: Path) -> None:
+    page, facts = (compared / "compare.html").read_text(encoding="utf-8"), facts_of(compared)
+    told = {k: v for v, k in re.findall(r'<data value="([^"]*)" data-key="rows\.([^"]*)"', page)}
+    for number, row in enumerate(facts["rows"]):
+        if row["status"] != "done":
+            assert row["status"] in page
+        else:
+            assert told[f"{number}.tre_mean_um"] == str(row["tre_mean_um"])
+            assert told[f"{number}.source_to_target.mean_um"] == str(row["mean_um"])
+    assert page.count("data:image/webp;base64,") == 4
+    assert "http" not in page
 
 
 def test_a_rival_that_needs_too_much_memory_is_ended() -> None:
@@ -170,6 +185,31 @@ def test_a_report_that_cancels_leaves_no_process() -> None:
     with pytest.raises(Cancelled):
         run_apart(task("cpd-nonrigid"), Limits(), cancel, "")
     assert not psutil.Process().children()
+
+
+def test_a_worker_whose_parent_is_killed_ends_too_and_leaves_no_folder() -> None:
+    program = (
+        "from flyreg_core.apart import Limits, run_apart\n"
+        "from flyreg_core.progress import ignore\n"
+        "from tests.core.test_comparison import task\n"
+        "run_apart(task('cpd-nonrigid'), Limits(), ignore, '')"
+    )
+    places = os.pathsep.join(filter(None, sys.path))
+    parent = subprocess.Popen(
+        [sys.executable, "-c", program], env={**os.environ, "PYTHONPATH": places}
+    )
+    own = psutil.Process(parent.pid)
+    while not (workers := [w for w in own.children() if "flyreg_core.apart" in w.cmdline()]):
+        time.sleep(0.05)
+    (worker,) = workers
+    folder = Path(worker.cmdline()[-1])
+    while not (folder / STARTED).exists():
+        time.sleep(0.05)
+    parent.kill()
+    parent.wait()
+    _, alive = psutil.wait_procs([worker], timeout=10)
+    assert not alive
+    assert not folder.exists()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent another way on Windows")

@@ -11,7 +11,9 @@ from flyreg_core.affine import AffineMap
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.progress import ignore
 from flyreg_core.rivals.normal_distributions import find_distributions
+from flyreg_core.rivals.rival import Rival
 from flyreg_core.rivals.table import RIVAL_OF, RIVALS
+from flyreg_core.rivals.unmoved import leave
 from flyreg_core.surface_distance import measure_distances
 from tests.shapes import sphere
 
@@ -119,3 +121,11 @@ def test_distributions_are_those_of_the_points_in_each_cell() -> None:
     assert grid is not None
     assert np.allclose(grid.means, points.mean(axis=0))
     assert np.allclose(np.linalg.inv(grid.precisions[0]), np.cov(points.T))
+
+
+def test_a_rival_whose_package_is_missing_says_so_without_being_run() -> None:
+    there, missing = (Rival("", "", leave, package=name) for name in ("trimesh", "no_such_package"))
+    assert there.lacking == ""
+    assert missing.lacking == (
+        "needs the package no_such_package; install flyreg[rivals] to have it"
+    )

@@ -70,6 +70,10 @@ class CutBar(QFrame):
         share = self.place.value() / STEPS
         return Cut(self.axis.currentData(), share, self.turned.isChecked())
 
+    def set_share(self, share: float) -> None:
+        """Cut at another place; beyond the brain's ends is at its end."""
+        self.place.setValue(round(share * STEPS))
+
     def _on_changed(self, *_news: object) -> None:
         _, _, ends = AXES[self.axis.currentIndex()]
         self.low.setText(ends[0])

@@ -16,7 +16,9 @@ from PySide6.QtWidgets import (
 
 from flyreg_core.project import Role
 from flyreg_core.vertex_quantities import QUANTITIES, ROBUST, STATUS_NAMES, Summary
+from flyreg_gui import marker_colors
 from flyreg_gui.judging import ORIGINS, PLAIN, STATUS_COLORS, Judged, Judging, text_of
+from flyreg_gui.marker_colors import MarkerColoring
 from flyreg_gui.theme import Theme
 
 HEIGHT = 90
@@ -80,7 +82,7 @@ class Histogram(QWidget):
 class JudgePanel(QScrollArea):
     """The choice, a histogram of each brain that has values, and its main numbers."""
 
-    def __init__(self, judging: Judging) -> None:
+    def __init__(self, judging: Judging, coloring: MarkerColoring) -> None:
         super().__init__()
         self._judging = judging
         self.choice = QComboBox()
@@ -90,6 +92,12 @@ class JudgePanel(QScrollArea):
         )
         for name, title in CHOICES:
             self.choice.addItem(title, name)
+        self.marker_choice = QComboBox()
+        self.marker_choice.setAccessibleName("Colour landmarks by")
+        for name, title, meaning in marker_colors.CHOICES:
+            self.marker_choice.addItem(title, name)
+            tip = Qt.ItemDataRole.ToolTipRole
+            self.marker_choice.setItemData(self.marker_choice.count() - 1, meaning, tip)
         self.note = QLabel()
         self.note.setWordWrap(True)
         self._titles = {role: QLabel(f"<b>{name}</b>") for role, name in NAMES.items()}
@@ -99,6 +107,7 @@ class JudgePanel(QScrollArea):
         layout = QVBoxLayout(content)
         form = QFormLayout()
         form.addRow("Colour by", self.choice)
+        form.addRow("Landmarks by", self.marker_choice)
         layout.addLayout(form)
         layout.addWidget(self.note)
         for role in NAMES:
@@ -110,6 +119,12 @@ class JudgePanel(QScrollArea):
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.choice.activated.connect(self._on_activated)
+        self.marker_choice.activated.connect(
+            lambda row: coloring.choose(self.marker_choice.itemData(row))
+        )
+        coloring.chosen_changed.connect(
+            lambda name: self.marker_choice.setCurrentIndex(self.marker_choice.findData(name))
+        )
         judging.chosen_changed.connect(self._show)
         judging.changed.connect(self._show)
         judging.outdated.connect(self._show_note)

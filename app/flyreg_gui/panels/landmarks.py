@@ -201,13 +201,16 @@ class LandmarksPanel(QWidget):
             self.smoothing_slider.show_value(project.smoothing)
             self._smoothing_value.setText(f"λ = {format_smoothing(project.smoothing)}")
             results = self._session.results
+            if results is None:
+                self.curve.forget()
             judged = None if results is None else results.judgement
             curve = None if judged is None else judged.cross_validation
             self.curve.show_curve(curve, project.smoothing)
         best = self._best_smoothing()
         self.best_button.setEnabled(best is not None)
+        shown = self.curve.best if project is not None else None
         self.best_button.setText(
-            "λ by cross-validation" if best is None else f"Take λ = {format_smoothing(best)}"
+            "λ by cross-validation" if shown is None else f"Take λ = {format_smoothing(shown)}"
         )
         self.best_button.setToolTip(
             "The smoothing with which the landmarks foretell each other best; it smooths away what "

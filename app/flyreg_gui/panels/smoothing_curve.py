@@ -13,6 +13,7 @@ from flyreg_gui.theme import Theme, current_theme
 
 HEIGHT, MARGIN = 46, 5
 DOT = 3.5
+LATE = "before this change"
 NOT_YET = "Cross-validation is known when the sliders are at rest"
 
 
@@ -23,6 +24,7 @@ class SmoothingCurve(QWidget):
         super().__init__()
         self._scale = scale
         self._curve: CrossValidation | None = None
+        self._is_late = False
         self._smoothing = 0.0
         self.setAccessibleName("Cross-validation over lambda")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -33,19 +35,38 @@ class SmoothingCurve(QWidget):
         return QSize(200, HEIGHT)
 
     def show_curve(self, curve: CrossValidation | None, smoothing: float) -> None:
-        """Show a curve and where lambda is on it."""
-        self._curve, self._smoothing = curve, smoothing
-        if curve is None:
-            self.setToolTip(NOT_YET)
-        else:
-            best = float(curve.scores.min())
-            now = float(np.interp(np.log(max(smoothing, 1e-12)), *_logs(curve)))
-            self.setToolTip(
-                "How badly landmarks that are left out are foretold by the others (generalised "
-                f"cross-validation): lowest at λ = {curve.best:.3g}; at the present λ "
-                f"{np.sqrt(np.exp(now) / best):.2f} times as far off"
-            )
+        """Show a curve and where lambda is on it; until one is known, the one before, greyed."""
+        self._is_late = curve is None
+        self._curve, self._smoothing = curve or self._curve, smoothing
+        self.setToolTip(self._tip())
         self.update()
+
+    def forget(self) -> None:
+        """Show no curve, as before the first is known."""
+        self._curve = None
+
+    @property
+    def best(self) -> float | None:
+        """The lowest place of the curve on show."""
+        return None if self._curve is None else self._curve.best
+
+    @property
+    def is_late(self) -> bool:
+        """Tell whether the curve on show is that of before the change that is being made."""
+        return self._is_late and self._curve is not None
+
+    def _tip(self) -> str:
+        curve = self._curve
+        if curve is None:
+            return NOT_YET
+        best = float(curve.scores.min())
+        now = float(np.interp(np.log(max(self._smoothing, 1e-12)), *_logs(curve)))
+        tip = (
+            "How badly landmarks that are left out are foretold by the others (generalised "
+            f"cross-validation): lowest at λ = {curve.best:.3g}; at the present λ "
+            f"{np.sqrt(np.exp(now) / best):.2f} times as far off"
+        )
+        return f"{tip}\n({LATE})" if self.is_late else tip
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the curve, a dot at its lowest point, and a line at lambda."""
@@ -73,13 +94,22 @@ class SmoothingCurve(QWidget):
         now = self._x(self._smoothing)
         painter.setPen(QPen(QColor(*theme.busy), 1.2, Qt.PenStyle.DashLine))
         painter.drawLine(QPointF(now, MARGIN), QPointF(now, self.height() - MARGIN))
-        painter.setPen(QPen(QColor(*theme.text), 1.5))
+        ink = theme.faint if self._is_late else theme.text
+        painter.setPen(QPen(QColor(*ink), 1.5))
         points = [point(log, score) for log, score in zip(logs, scores, strict=True)]
         painter.drawPolyline(QPolygonF(points))
         best = int(np.argmin(scores))
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(*theme.good))
+        painter.setBrush(QColor(*(theme.faint if self._is_late else theme.good)))
         painter.drawEllipse(points[best], DOT, DOT)
+        if self._is_late:
+            font = self.font()
+            font.setItalic(True)
+            painter.setFont(font)
+            painter.setPen(QColor(*theme.faint))
+            painter.drawText(
+                self.rect(), Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop, LATE
+            )
 
     def _x(self, smoothing: float) -> float:
         """Return where the handle of the slider stands at a smoothing."""

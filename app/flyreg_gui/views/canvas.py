@@ -59,8 +59,9 @@ class Canvas(QtInteractor):
         self._press: QPointF | None = None
         self._last = QPointF()
         self._is_drag = False
-        self.grabber: Grabber | None = None
-        self._is_grabbed = False
+        self.grabber: Grabber | None = None  # of the mode that is on
+        self.handle: Grabber | None = None  # in whatever mode, and asked first
+        self._held: Grabber | None = None
         self.setMouseTracking(True)
 
     def refresh(self) -> None:
@@ -75,6 +76,7 @@ class Canvas(QtInteractor):
         """
         self.close()
         self._ctx = self._surface = self._gl = None
+        self.grabber = self.handle = self._held = None  # they hold the canvas
 
     def set_samples(self, samples: int) -> None:
         """Draw with so many samples per pixel from now on."""
@@ -134,12 +136,14 @@ class Canvas(QtInteractor):
         self._press = self._last = event.position()
         self._is_drag = False
         is_left = event.button() == Qt.MouseButton.LeftButton
-        self._is_grabbed = bool(is_left and self.grabber and self.grabber.press(event.position()))
+        asked = (self.handle, self.grabber) if is_left else ()
+        self._held = next((each for each in asked if each and each.press(event.position())), None)
         event.accept()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Take the second press as any other, unless it means something where it is."""
-        if self.grabber is None or not self.grabber.double_click(event.position()):
+        asked = (self.handle, self.grabber)
+        if not any(each is not None and each.double_click(event.position()) for each in asked):
             self.mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
@@ -147,8 +151,8 @@ class Canvas(QtInteractor):
         if self._press is None or not event.buttons():
             self.hovered.emit(event.position())
             return
-        if self._is_grabbed and self.grabber is not None:
-            self.grabber.move(event.position())
+        if self._held is not None:
+            self._held.move(event.position())
             return
         position = event.position()
         moved = position - self._press
@@ -162,9 +166,9 @@ class Canvas(QtInteractor):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End a drag, or tell of a click."""
-        if self._is_grabbed and self.grabber is not None:
-            self._is_grabbed, self._press = False, None
-            self.grabber.release()
+        if self._held is not None:
+            held, self._held, self._press = self._held, None, None
+            held.release()
             return
         is_click = self._press is not None and not self._is_drag
         self._press = None

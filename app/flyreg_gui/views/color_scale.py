@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 from PySide6.QtCore import QRect, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
-from flyreg_gui.judging import Judged, text_of
+from flyreg_core.color_maps import ColorMap
+from flyreg_gui.judging import text_of
 from flyreg_gui.theme import Theme
 
 BAR_WIDTH, BAR_HEIGHT = 130, 9
@@ -15,12 +18,44 @@ PADDING = 6
 TICKS = 3
 
 
+class Named(Protocol):
+    """What a scale is about."""
+
+    @property
+    def title(self) -> str:
+        """Its name."""
+
+    @property
+    def unit(self) -> str:
+        """See `judging.text_of`."""
+
+
+class Scale(Protocol):
+    """A quantity and its range in colours."""
+
+    @property
+    def quantity(self) -> Named:
+        """What it is about."""
+
+    @property
+    def low(self) -> float:
+        """The value at the left end."""
+
+    @property
+    def high(self) -> float:
+        """The value at the right end."""
+
+    @property
+    def color_map(self) -> ColorMap:
+        """The colours from left to right."""
+
+
 class ColorScale(QWidget):
     """A bar with the ends of its range and the middle, and what it is about."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        self._judged: Judged | None = None
+        self._judged: Scale | None = None
         self._theme: Theme | None = None
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.hide()
@@ -30,7 +65,7 @@ class ColorScale(QWidget):
         self._theme = theme
         self.update()
 
-    def show_judged(self, judged: Judged | None) -> None:
+    def show_judged(self, judged: Scale | None) -> None:
         """Show the scale of a quantity, or nothing."""
         self._judged = judged
         self.setVisible(judged is not None)
@@ -88,7 +123,7 @@ class ColorScale(QWidget):
         painter.end()
 
 
-def bar_image(judged: Judged, width: int = 256) -> QImage:
+def bar_image(judged: Scale, width: int = 256) -> QImage:
     """Return a row of pixels with the colours of a quantity's range."""
     colors = np.ascontiguousarray(judged.color_map(np.linspace(0, 1, width)))
     return QImage(colors.tobytes(), width, 1, 3 * width, QImage.Format.Format_RGB888).copy()

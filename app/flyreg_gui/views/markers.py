@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,13 +43,19 @@ class MarkerStyle:
 
 
 def style_markers(
-    landmarks: Sequence[PlacedLandmark], selected: Collection[str], theme: Theme
+    landmarks: Sequence[PlacedLandmark],
+    selected: Collection[str],
+    theme: Theme,
+    chosen: Mapping[str, Color] | None = None,
 ) -> MarkerStyle:
-    """Return how landmarks look."""
+    """Return how landmarks look; `chosen` are colours by id instead of their own."""
     pairs = [landmark.pair for landmark in landmarks]
     is_selected = np.array([pair.id in selected for pair in pairs], dtype=bool)
     sizes = sizes_of(np.array([landmark.weight for landmark in landmarks]))
-    colors = [_color(landmark, theme) for landmark in landmarks]
+    if chosen is None:
+        colors = [_color(landmark, theme) for landmark in landmarks]
+    else:
+        colors = [chosen.get(pair.id, OFF) for pair in pairs]
     array = np.array(colors, dtype=np.uint8).reshape(-1, 3)
     array[is_selected] = theme.selected
     sizes = np.where(is_selected, np.maximum(sizes, 1.0) * SELECTED_SIZE, sizes)

@@ -24,6 +24,22 @@ MARKER_REACH = 12.0
 """How far from a landmark a click still means it, in pixels."""
 
 
+def way_along(
+    canvas: Canvas, position: QPointF, point: Floats, line: Floats, flattest: float
+) -> float | None:
+    """Return how far along a line through a point it passes a position in the widget nearest.
+
+    None where the squared sine between the line, a unit vector, and the line of sight is less than
+    `flattest`: it is seen end on.
+    """
+    origin, sight = canvas.line_of_sight(position)
+    along, arm = float(line @ sight), origin - point
+    squared_sine = 1 - along**2
+    if squared_sine < flattest:
+        return None
+    return float((arm @ line - along * (arm @ sight)) / squared_sine)
+
+
 @dataclass(frozen=True, eq=False)
 class ClipPlane:
     """What lies behind the plane, seen along its normal, is drawn; what lies before it is not."""

@@ -167,6 +167,16 @@ class SurfaceView:
         self.canvas.refresh()
 
     @property
+    def cut(self) -> Cut | None:
+        """The cut through the brain, if there is one."""
+        return self._cut
+
+    @property
+    def space(self) -> ViewSpace | None:
+        """The brain's own coordinates, if one is shown."""
+        return self._space
+
+    @property
     def diagonal(self) -> float:
         """Length of the diagonal of the box around the brain, micrometres; 0 without one."""
         return self._space.diagonal if self._space else 0.0

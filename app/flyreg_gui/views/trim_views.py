@@ -14,7 +14,7 @@ from flyreg_gui.theme import CUT, SOURCE, TARGET, TRIM, Theme
 from flyreg_gui.trim_mode import Knob, TrimMode, TrimPlaces, beyond, label_of
 from flyreg_gui.views.camera import Pose, ViewSpace
 from flyreg_gui.views.layers import Colors, DotLayer, LabelLayer, SheetLayer
-from flyreg_gui.views.picking import MARKER_REACH
+from flyreg_gui.views.picking import MARKER_REACH, way_along
 from flyreg_gui.views.surface_view import SurfaceView
 
 MARGIN = 0.06
@@ -191,12 +191,7 @@ class TrimView:
 
     def _way(self, position: QPointF, dot: Floats, line: Floats) -> float | None:
         """Return how far along its line a dot is nearest to the mouse; None if seen end on."""
-        origin, sight = self.view.canvas.line_of_sight(position)
-        along, arm = float(line @ sight), origin - dot
-        squared_sine = 1 - along**2
-        if squared_sine < FLATTEST:
-            return None
-        return float((arm @ line - along * (arm @ sight)) / squared_sine)
+        return way_along(self.view.canvas, position, dot, line, FLATTEST)
 
     def _on_hovered(self, position: QPointF) -> None:
         if self._raw is not None:

@@ -21,6 +21,7 @@ from flyreg_core.smooth import smooth
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.judging import STATUS_KEY, Judging
 from flyreg_gui.landmark_mode import LandmarkMode, Point, end_point
+from flyreg_gui.marker_colors import MarkerColoring
 from flyreg_gui.panels.cut_bar import CutBar
 from flyreg_gui.preparing import ROLES, Remains
 from flyreg_gui.selection import Selection
@@ -33,6 +34,7 @@ from flyreg_gui.views.arrangement import Arrangement
 from flyreg_gui.views.camera import CameraLink, ViewSpace
 from flyreg_gui.views.canvas import Canvas, FlatCanvas
 from flyreg_gui.views.cursor import Cursor
+from flyreg_gui.views.cut_handle import CutHandle
 from flyreg_gui.views.flat_view import FlatView
 from flyreg_gui.views.landmark_hand import LandmarkHand
 from flyreg_gui.views.layers import Colors
@@ -112,10 +114,11 @@ class ViewArea(QWidget):
         drill: DrillMode,
         trim: TrimMode,
         judging: Judging,
+        coloring: MarkerColoring,
     ) -> None:
         super().__init__()
         self._session, self._selection, self._mode = session, selection, mode
-        self._trim, self._judging = trim, judging
+        self._trim, self._judging, self._coloring = trim, judging, coloring
         self._theme: Theme | None = None
         self._looks: dict[Role, _Look] = {}
         self._blend = 0.0
@@ -137,6 +140,8 @@ class ViewArea(QWidget):
         brains: dict[Role, SurfaceView] = {"source": self.source, "target": self.target}
         self.tunnel_views = TunnelViews(session, tunnels, drill, brains)
         self.trim_views = TrimViews(session, trim, brains)
+        self.cut_handles = [CutHandle(self.cut_bar, view) for view in self.surface_views]
+        self._cut_spaces = {view: view.space for view in self.surface_views}
         self.pointer = Cursor(session, self)
         self._hands = [
             LandmarkHand(
@@ -156,6 +161,7 @@ class ViewArea(QWidget):
         mode.changed.connect(self._on_mode)
         trim.changed.connect(self._on_trim)
         judging.changed.connect(self._on_judging)
+        coloring.chosen_changed.connect(self._show_landmarks)
         self.cut_bar.changed.connect(self._on_cut)
         self.arrangement.changed.connect(self._show_keys)
 
@@ -201,6 +207,8 @@ class ViewArea(QWidget):
             view.show_theme(theme)
         self.tunnel_views.show_theme(theme)
         self.trim_views.show_theme(theme)
+        for handle in self.cut_handles:
+            handle.show_theme(theme)
         self._show_landmarks()
 
     def set_blend(self, blend: float) -> None:
@@ -241,6 +249,11 @@ class ViewArea(QWidget):
         for view in self.surface_views:
             is_raw = self._trim.is_on and self._role_of(view) is not None
             view.set_cut(None if is_raw else self.cut_bar.cut)
+        self._show_cut_handles()
+
+    def _show_cut_handles(self) -> None:
+        for handle in self.cut_handles:
+            handle.show()
 
     def _on_maximise_asked(self, frame: ViewFrame) -> None:
         self.arrangement.toggle_maximised(frame)
@@ -293,6 +306,7 @@ class ViewArea(QWidget):
             for frame in self.frames:
                 frame.title.set_detail("")
             self._show_keys()
+            self._show_cut_handles()
             return
         self._show_brains(results)
         self._show_landmarks()
@@ -345,6 +359,9 @@ class ViewArea(QWidget):
                 self._brain_view(role).show_surface(shape, colors, look.space)
         self.registered.show_surface(moved, mine_colors, target.space)
         self.registered.show_overlay(other, other_colors)
+        if any(view.space is not space for view, space in self._cut_spaces.items()):
+            self._cut_spaces = {view: view.space for view in self.surface_views}
+            self._show_cut_handles()
         for view in self.flat_views:
             view.show(results, mine_colors, other_colors)
         inputs = (results.project.source.input, results.project.target.input)
@@ -359,6 +376,7 @@ class ViewArea(QWidget):
         """Say what the colours mean, of each brain in the first of its views that is shown."""
         judging, judged = self._judging, self._judging.judged
         explained: set[Role] = set()
+        self._show_marker_scale()
         for frame, role in zip(self.frames, ROLES_OF_FRAMES, strict=True):
             look = self._looks.get(role)
             key: list[tuple[Color, str, str]] = []
@@ -373,13 +391,21 @@ class ViewArea(QWidget):
             frame.show_legend(key)
             frame.show_scale(scale)
 
+    def _show_marker_scale(self) -> None:
+        """Say what the colours of landmarks mean, in the first view that is shown."""
+        scale = self._coloring.scale if self._are_markers_shown else None
+        for frame in self.frames:
+            is_first = not frame.isHidden()
+            frame.show_marker_scale(scale if is_first else None)
+            scale = None if is_first else scale
+
     def _look(self, role: Role, brain: PreparedBrain, color: Color) -> _Look:
         known = self._looks.get(role)
         if known is None or known.brain is not brain:
             self._looks[role] = _Look(brain, color)
         return self._looks[role]
 
-    def _show_landmarks(self) -> None:
+    def _show_landmarks(self, *_news: object) -> None:
         results = self._session.results
         if results is None or self._theme is None:
             return
@@ -389,7 +415,9 @@ class ViewArea(QWidget):
             named += [mark.pair.id for mark in landmarks if mark.pair.origin == "user"]
         for view in self.views:
             view.named = frozenset(named)
-        style = style_markers(landmarks, self._selection.ids, self._theme)
+        colors = self._coloring.colors
+        style = style_markers(landmarks, self._selection.ids, self._theme, colors)
+        self._show_marker_scale()
         sources = points_of([landmark.source_point for landmark in landmarks])
         targets = points_of([landmark.target_point for landmark in landmarks])
         if not self._trim.is_on:

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 from flyreg_gui.judging import Judged
 from flyreg_gui.theme import Color, Theme, css
 from flyreg_gui.views.canvas import Canvas
-from flyreg_gui.views.color_scale import ColorScale
+from flyreg_gui.views.color_scale import ColorScale, Scale
 
 
 class ElidedLabel(QLabel):
@@ -128,7 +128,7 @@ class ViewFrame(QFrame):
         self.legend = QLabel(self)
         self.legend.setTextFormat(Qt.TextFormat.RichText)
         self.legend.hide()
-        self.scale = ColorScale(self)
+        self.scale, self.marker_scale = ColorScale(self), ColorScale(self)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -141,6 +141,7 @@ class ViewFrame(QFrame):
         """Take the colours of a theme; the canvas takes its own."""
         self.title.show_theme(theme)
         self.scale.show_theme(theme)
+        self.marker_scale.show_theme(theme)
         self._note.setStyleSheet(f"color: {css(theme.faint)};")
         self.legend.setStyleSheet(
             f"background: {css(theme.background)}; color: {css(theme.text)};"
@@ -160,6 +161,11 @@ class ViewFrame(QFrame):
         self.scale.show_judged(judged)
         self._place_note()
 
+    def show_marker_scale(self, scale: Scale | None) -> None:
+        """Say by a bar what the colours of landmarks mean, or take it away."""
+        self.marker_scale.show_judged(scale)
+        self._place_note()
+
     def set_empty(self, empty: bool) -> None:
         """Show or hide the note."""
         self._note.setVisible(empty)
@@ -177,3 +183,7 @@ class ViewFrame(QFrame):
         self.legend.raise_()
         self.scale.move(corner.x() + 6, corner.y() - self.scale.height() - 6)
         self.scale.raise_()
+        below = [each for each in (self.legend, self.scale) if not each.isHidden()]
+        floor = min([corner.y(), *(each.y() for each in below)])
+        self.marker_scale.move(corner.x() + 6, floor - self.marker_scale.height() - 6)
+        self.marker_scale.raise_()
