@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 
-from tests.app.hands import LEFT, drag, pixel, press
+from tests.app.hands import LEFT, drag, hover, pixel, press
 
 pytestmark = pytest.mark.window
 
@@ -80,9 +80,9 @@ def test_beside_the_dot_and_without_a_cut_the_mouse_turns_the_brains(qtbot, wind
     assert camera.GetPosition() != before
     assert area.cut_bar.cut.share == 0.5
     dot = pixel(canvas, area.cut_handles[0].dot)
-    qtbot.mouseMove(canvas, dot)
+    hover(window, canvas, dot)
     assert canvas.cursor().shape() == Qt.CursorShape.OpenHandCursor
-    qtbot.mouseMove(canvas, dot + QPoint(0, 60))
+    hover(window, canvas, dot + QPoint(0, 60))
     assert canvas.cursor().shape() == Qt.CursorShape.ArrowCursor
     press(qtbot, window, Qt.Key.Key_K)
     assert all(handle.dot is None for handle in area.cut_handles)

@@ -13,6 +13,8 @@ import pytest
 from flyreg_core.brain_files import open_brain, read_brain
 from flyreg_core.cli import main
 
+pytestmark = pytest.mark.usefixtures("brains_known")
+
 DONE, BAD_INPUT = 0, 3
 TARGET_AXES = ("x_target", "y_target", "z_target")
 
