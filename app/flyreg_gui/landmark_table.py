@@ -16,7 +16,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor
+from PySide6.QtGui import QColor, QFont
 
 from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.project import Project
@@ -27,6 +27,8 @@ Index = QModelIndex | QPersistentModelIndex
 ROOT = QModelIndex()
 SORT_ROLE = Qt.ItemDataRole.UserRole
 ID_ROLE = Qt.ItemDataRole.UserRole + 1
+SUGGESTED = "suggested "
+"""How the names of suggestions begin; the table says it by italics instead, to have room."""
 OUTLYING = 5.0
 """A leave-one-out error so many times as far from the median as is usual stands out."""
 LEAST_SUSPICIOUS_UM = 5.0
@@ -230,6 +232,8 @@ class LandmarkTable(QAbstractTableModel):
                 return Qt.CheckState.Unchecked if row.is_muted else Qt.CheckState.Checked
             case Qt.ItemDataRole.DecorationRole if column == Column.NAME:
                 return QColor(*color_of(row.pair, row.is_acting))
+            case Qt.ItemDataRole.FontRole if row.pair.origin == "suggested":
+                return _italic()
             case Qt.ItemDataRole.ForegroundRole:
                 return self._ink(row, column)
             case Qt.ItemDataRole.ToolTipRole:
@@ -245,7 +249,7 @@ class LandmarkTable(QAbstractTableModel):
     def _text(self, row: Row, column: Column) -> str:
         match column:
             case Column.NAME:
-                return row.pair.name
+                return row.pair.name.removeprefix(SUGGESTED)
             case Column.PLACE:
                 return f"place on {row.lacking}" if row.lacking else row.pair.kind
             case Column.WEIGHT:
@@ -303,6 +307,12 @@ def _rows(project: Project | None, results: Results | None) -> list[Row]:
             weight = project.weights.get(pair.id, usual)
             pairs.append(pair if pair.weight == weight else replace(pair, weight=weight))
     return [Row(pair, project.is_muted(pair.id)) for pair in (*pairs, *project.pairs)]
+
+
+def _italic() -> QFont:
+    font = QFont()
+    font.setItalic(True)
+    return font
 
 
 def color_of(pair: LandmarkPair, is_acting: bool) -> tuple[int, int, int]:

@@ -33,7 +33,7 @@ from PySide6.QtWidgets import (
 
 from flyreg_core import templates
 from flyreg_core.cache import FOLDER_VARIABLE
-from tests.app.hands import LEFT, activate, press
+from tests.app.hands import LEFT, activate, press, settle
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 
@@ -47,39 +47,48 @@ def in_window(window, widget):
     return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
 
 
-def test_the_tour_points_at_five_parts_and_ends(qtbot, empty_window):
-    tour = empty_window.tour
-    empty_window.actions_by_name["tour"].trigger()
+def test_the_tour_points_at_one_part_after_the_other_and_ends(qtbot, window):
+    tour = window.tour
+    window.actions_by_name["tour"].trigger()
     assert Preferences().has_toured
-    places = []
-    for number in range(5):
-        assert tour.number == number
+    places, titles = [], []
+    while tour.number is not None:
+        assert tour.number == len(places)
         assert tour.bubble.isVisible()
-        bubble = in_window(empty_window, tour.bubble)
-        assert empty_window.rect().contains(bubble)
+        assert window.rect().contains(in_window(window, tour.bubble))
         assert tour._text.height() >= tour._text.heightForWidth(tour._text.width())
         places.append((tour.ring.x(), tour.ring.y()))
+        titles.append(tour._title.text())
         qtbot.mouseClick(tour.next_button, LEFT)
-    assert tour.number is None
     assert not tour.bubble.isVisible()
-    assert len(set(places)) >= 4
+    assert len(set(places)) == len(set(titles)) == 6
 
 
-def test_the_tour_stays_at_its_target_and_can_be_ended_or_gone_back(qtbot, empty_window):
-    tour = empty_window.tour
+def test_the_tour_stays_at_its_target_and_can_be_gone_back_and_ended(qtbot, window):
+    tour = window.tour
     tour.start()
-    target = in_window(empty_window, empty_window.start.demo_button)
-    assert in_window(empty_window, tour.ring).contains(target)
-    empty_window.resize(1200, 800)
+    window.resize(1200, 800)
     QApplication.processEvents()
-    target = in_window(empty_window, empty_window.start.demo_button)
-    assert in_window(empty_window, tour.ring).contains(target)
+    target = in_window(window, window.steps.open_button)
+    assert in_window(window, tour.ring).contains(target)
     qtbot.mouseClick(tour.next_button, LEFT)
     qtbot.mouseClick(tour.back_button, LEFT)
     assert tour.number == 0
     qtbot.mouseClick(tour.end_button, LEFT)
     assert tour.number is None
     assert not tour.ring.isVisible()
+
+
+def test_the_tour_waits_for_two_brains_and_then_goes_on(qtbot, empty_window, project, results):
+    tour = empty_window.tour
+    tour.start()
+    choices = in_window(empty_window, empty_window.start.choices)
+    assert in_window(empty_window, tour.ring).contains(choices)
+    assert "demo" in tour.next_button.text()  # there is nothing else to go on with
+    empty_window.session.open(project)
+    assert tour.number == 1
+    assert tour.next_button.text() == "Next"
+    settle(qtbot, empty_window)
 
 
 # Help
@@ -139,6 +148,20 @@ def test_two_templates_are_chosen_by_their_pictures(qtbot, monkeypatch, tmp_path
     qtbot.mouseClick(dialog.open_button, LEFT)
     assert tuple(brain.name for brain in dialog.inputs) == labels
     assert {brain.unit for brain in dialog.inputs} == {"um"}
+    dialog.deleteLater()
+
+
+def test_a_template_is_found_by_a_part_of_its_name(qtbot, monkeypatch):
+    monkeypatch.setattr(template_browser, "template_labels", lambda: ("FAFB14", "FCWB", "JFRC2"))
+    monkeypatch.setattr(thumbnails, "drawn", lambda label: thumbnails.QImage())
+    dialog = TemplateBrowser()
+    dialog.show()
+    qtbot.keyClicks(dialog.search, "fc")
+    assert dialog.current == "FCWB"
+    assert [dialog.list.isRowHidden(row) for row in range(3)] == [True, False, True]
+    dialog.search.clear()
+    assert not any(dialog.list.isRowHidden(row) for row in range(3))
+    dialog.reject()
     dialog.deleteLater()
 
 

@@ -69,7 +69,12 @@ class StartPage(QWidget):
         self._recent = QVBoxLayout()
         column = QVBoxLayout()
         column.setSpacing(8)
-        for widget in (title, welcome, *buttons):
+        self.choices = QWidget()
+        ways = QVBoxLayout(self.choices)
+        ways.setContentsMargins(0, 0, 0, 0)
+        for button in buttons:
+            ways.addWidget(button)
+        for widget in (title, welcome, self.choices):
             column.addWidget(widget)
         column.addLayout(self._recent)
         layout = QGridLayout(self)
