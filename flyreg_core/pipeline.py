@@ -211,14 +211,15 @@ class Pipeline:
             memo.seconds = 0.0
         pair = self._prepare_pair(project, within(report, 0.0, 0.84))
         source, target, to_target = pair.source, pair.target, pair.to_target
-        automatic = self._boundary(source.flat, target.flat, project.boundary, report=report)
+        late = within(report, 0.84, 0.86)  # none of these takes long
+        automatic = self._boundary(source.flat, target.flat, project.boundary, report=late)
         if to_target is not None:
-            automatic += self._suggest(pair, project.boundary.per_half, report=report)
+            automatic += self._suggest(pair, project.boundary.per_half, report=late)
         pairs = (*with_decisions(automatic, project.weights, project.moved), *project.pairs)
         muted = tuple(pair.id for pair in pairs if project.is_muted(pair.id))
-        placements = self._place(source.flat, target.flat, pairs, muted, report=report)
-        locators = self._locators(target.flat, report=report)
-        places = self._bend_flat(placements, project.smoothing, measure, report)
+        placements = self._place(source.flat, target.flat, pairs, muted, report=late)
+        locators = self._locators(target.flat, report=late)
+        places = self._bend_flat(placements, project.smoothing, measure, late)
         registration = self._lift(
             *(source, target.flat, locators, places, placements.geometry),
             report=within(report, 0.86, 0.9),
@@ -256,7 +257,7 @@ class Pipeline:
         self, placements: Placements, smoothing: float, is_exact: bool, report: Report
     ) -> _FlatPlaces:
         """Return where vertices go, found anew where it must be exact, which outlasts the hand."""
-        live = self._live(placements.source, report=within(report, 0.84, 0.86))
+        live = self._live(placements.source, report=report)
         weights = tuple(tuple(placements.weights(half).tolist()) for half in HALVES)
         asked = (placements.source, live, placements.geometry, weights, smoothing)
         is_exact = is_exact or self._spline.knows(*asked, True)

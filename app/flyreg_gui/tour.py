@@ -68,8 +68,8 @@ def stops_of(w: MainWindow) -> tuple[Stop, ...]:
         Stop(
             "See what it did",
             "The Judge tab colours the brains by how far each place was moved, or how far apart the "
-            "two surfaces lie. Ctrl+Z takes anything back; Landmarks keeps two versions, A and B, "
-            "to compare.",
+            "two surfaces lie. Ctrl+Z takes anything back; the Edit menu keeps weights as A and B, "
+            "and the View menu shows these in turn.",
             lambda: _tab_bar(w, "Judge"),
         ),
         Stop(

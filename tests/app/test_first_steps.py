@@ -6,7 +6,8 @@ import pytest
 
 pytest.importorskip("PySide6")
 from flyreg_gui import template_browser, thumbnails
-from flyreg_gui.dialogs import OpenBrainsDialog
+from flyreg_gui.curves_dialog import CurvesDialog
+from flyreg_gui.dialogs import OpenBrainsDialog, VoxelSizeDialog
 from flyreg_gui.help_window import MOUSE_AND_KEYS, PAGES, HelpWindow, help_pages
 from flyreg_gui.preferences import Preferences
 from flyreg_gui.preferences_dialog import PreferencesDialog
@@ -28,6 +29,7 @@ from PySide6.QtWidgets import (
     QScrollBar,
     QTabBar,
     QTextBrowser,
+    QToolBar,
     QWidget,
 )
 
@@ -187,6 +189,31 @@ def controls_in(top):
     return [widget for widget in top.findChildren(QWidget) if isinstance(widget, CONTROLS)]
 
 
+def is_for_tab(widget):
+    """Tell whether the keyboard is to reach a control."""
+    return (
+        widget.isVisible()
+        and widget.isEnabled()
+        and bool(widget.focusPolicy() & Qt.FocusPolicy.TabFocus)
+        and not isinstance(widget, QScrollBar)
+        and not widget.objectName().startswith("qt_")  # a part of another control
+    )
+
+
+def cannot_be_reached(top):
+    """The controls that a mouse can use and a keyboard cannot get to."""
+    return [
+        f"{widget.metaObject().className()} in {type(widget.parent()).__name__}"
+        for widget in controls_in(top)
+        if isinstance(widget, QAbstractButton | QAbstractSlider | QAbstractSpinBox | QComboBox)
+        and not isinstance(widget, QScrollBar)
+        and not isinstance(widget.parent(), QToolBar | QDockWidget | QAbstractItemView)
+        and not widget.objectName().startswith("qt_")
+        and not widget.isHidden()
+        and not widget.focusPolicy() & Qt.FocusPolicy.TabFocus
+    ]
+
+
 def nameless(top):
     """The controls that a screen reader would only call by their kind."""
     found = []
@@ -205,23 +232,47 @@ def nameless(top):
     return found
 
 
-def test_a_screen_reader_has_a_name_for_every_control(empty_window):
-    window = empty_window
-    window.findChild(QDockWidget, "History").show()
-    window.tunnels.set_on(True)
-    window.steps.settings_button.setChecked(True)
-    dialogs = [
+@pytest.fixture
+def dialogs(window, monkeypatch):
+    """All dialogs of the program's own, open."""
+    monkeypatch.setattr(template_browser, "template_labels", tuple)
+    found = [
         PreferencesDialog(window),
         HelpWindow(help_pages(""), MOUSE_AND_KEYS, window),
         OpenBrainsDialog(window.preferences, window),
+        VoxelSizeDialog("a.tif", (1.0, 1.0, 1.0), window),
+        TemplateBrowser(window),
+        CurvesDialog(window.session.results, window),
     ]
-    for dialog in dialogs:
+    for dialog in found:
         dialog.show()
     QApplication.processEvents()
-    assert nameless(window) == []
-    for dialog in dialogs:
+    yield found
+    for dialog in found:
         dialog.close()
         dialog.deleteLater()
+
+
+def test_a_screen_reader_has_a_name_for_every_control(window, dialogs):
+    window.findChild(QDockWidget, "History").show()
+    window.tunnels.set_on(True)
+    window.steps.settings_button.setChecked(True)
+    QApplication.processEvents()
+    assert nameless(window) == []  # its dialogs are its children
+    assert cannot_be_reached(window) == []
+
+
+def test_tab_reaches_every_control_of_every_dialog(qtbot, dialogs):
+    for dialog in dialogs:
+        activate(qtbot, dialog)
+        wanted = [widget for widget in controls_in(dialog) if is_for_tab(widget)]
+        assert wanted, dialog
+        wanted[0].setFocus(Qt.FocusReason.TabFocusReason)
+        reached = []
+        while QApplication.focusWidget() not in reached:
+            reached.append(QApplication.focusWidget())
+            QTest.keyClick(reached[-1], Qt.Key.Key_Tab)
+        assert [type(w).__name__ for w in wanted if w not in reached] == []
 
 
 def test_tab_reaches_every_control_and_the_order_is_that_of_the_screen(qtbot, empty_window):
@@ -235,15 +286,7 @@ def test_tab_reaches_every_control_and_the_order_is_that_of_the_screen(qtbot, em
             break
         reached.append(widget)
         QTest.keyClick(widget, Qt.Key.Key_Tab)
-    wanted = [
-        widget
-        for widget in controls_in(window)
-        if widget.isVisible()
-        and widget.isEnabled()
-        and widget.focusPolicy() & Qt.FocusPolicy.TabFocus
-        and not isinstance(widget, QScrollBar)
-        and not widget.objectName().startswith("qt_")  # a part of another control
-    ]
+    wanted = [widget for widget in controls_in(window) if is_for_tab(widget)]
     assert wanted
     assert [w for w in wanted if w not in reached] == []
     start = window.start
