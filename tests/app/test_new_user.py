@@ -88,7 +88,8 @@ def test_a_new_user_registers_weighs_a_neuropil_sees_what_it_did_and_exports(
     mouse.click(tabs, tabs.tabRect(1).center())
     assert window.judge.isVisible()
     window.judge.choice.setFocus()
-    qtbot.keyClick(window.judge.choice, Qt.Key.Key_D)
+    for _ in range(2):
+        qtbot.keyClick(window.judge.choice, Qt.Key.Key_Down)
     assert window.judging.chosen == "distance"
     qtbot.waitUntil(lambda: window.judging.is_up_to_date)
 
