@@ -16,7 +16,7 @@ from tests.app.hands import LEFT, answer_file_dialog, pixel, settle
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 
-MOST_CLICKS = 16
+MOST_CLICKS = 14
 
 
 class Mouse:
