@@ -149,7 +149,7 @@ def register(
     (`unfold`).
     """
     report(0.0, "lifting")
-    warped = both_halves(lambda half: to_strip(places[half], source.halves[half].flat.uv[:, 0]))
+    warped = both_halves(lambda half, _: to_strip(places[half], source.halves[half].flat.uv[:, 0]))
     shifts = {half: warped[half][0] for half in HALVES}
     mapped = map_boundaries(source, shifts)
     sewn = {key: target.curves[key].at(shares) for key, shares in mapped.items()}
@@ -157,7 +157,7 @@ def register(
     vertices = np.zeros_like(source.dissection.surface.vertices)
     points = target.dissection.surface.vertices
 
-    def carry(half: HalfName) -> WarpedHalf:
+    def carry(half: HalfName, report: Report) -> WarpedHalf:
         own, other = source.halves[half], target.halves[half]
         raw = _warp_half(own, other, warped[half], mapped)
         mended = unfold(raw, own.net, own.is_boundary, report)
@@ -174,7 +174,7 @@ def register(
         vertices[cap.vertex_of] = carried
         return int((orientations(flat_cap[cap.faces]) <= 0).sum())
 
-    halves = both_halves(carry)
+    halves = both_halves(carry, report)
     flipped_on_caps = sum(side_by_side(carry_one_cap, range(len(source_caps))))
     # halves and caps all wrote the vertices that they share; the curves say where these lie
     for key, curve in source.curves.items():

@@ -212,14 +212,15 @@ class Pipeline:
             memo.seconds = 0.0
         pair = self._prepare_pair(project, within(report, 0.0, 0.84))
         source, target, to_target = pair.source, pair.target, pair.to_target
-        automatic = self._boundary(source.flat, target.flat, project.boundary, report=report)
+        late = within(report, 0.84, 0.86)  # none of these takes long
+        automatic = self._boundary(source.flat, target.flat, project.boundary, report=late)
         if to_target is not None:
-            automatic += self._suggest(pair, project.boundary.per_half, report=report)
+            automatic += self._suggest(pair, project.boundary.per_half, report=late)
         pairs = (*with_decisions(automatic, project.weights, project.moved), *project.pairs)
         muted = tuple(pair.id for pair in pairs if project.is_muted(pair.id))
-        placements = self._place(source.flat, target.flat, pairs, muted, report=report)
-        locators = self._locators(target.flat, report=report)
-        places = self._bend_flat(placements, project.smoothing, measure, report)
+        placements = self._place(source.flat, target.flat, pairs, muted, report=late)
+        locators = self._locators(target.flat, report=late)
+        places = self._bend_flat(placements, project.smoothing, measure, late)
         registration = self._lift(
             *(source, target.flat, locators, places, placements.geometry),
             report=within(report, 0.86, 0.9),
@@ -257,7 +258,7 @@ class Pipeline:
         self, placements: Placements, smoothing: float, is_exact: bool, report: Report
     ) -> _FlatPlaces:
         """Return where vertices go, found anew where it must be exact, which outlasts the hand."""
-        live = self._live(placements.source, report=within(report, 0.84, 0.86))
+        live = self._live(placements.source, report=report)
         weights = tuple(tuple(placements.weights[half].tolist()) for half in HALVES)
         asked = (placements.source, live, placements.geometry, weights, smoothing)
         is_exact = is_exact or self._spline.knows(*asked, True)
@@ -366,7 +367,9 @@ def _flatten(
     dissection: Dissection, frame: BrainFrame, parameters: FlattenParameters, report: Report
 ) -> FlatBrain:
     curves = find_curves(dissection, frame)
-    halves = both_halves(lambda half: lay_flat(dissection, curves, half, parameters, report))
+    halves = both_halves(
+        lambda half, report: lay_flat(dissection, curves, half, parameters, report), report
+    )
     if parameters.passes is None:
         halves, curves = with_hole_as_seen(halves, curves, dissection.surface, frame)
     return FlatBrain(dissection, frame, curves, halves)
@@ -425,7 +428,7 @@ def _bend(
     report(0.0, "fitting the spline")
     weights_of = dict(zip(HALVES, weights, strict=True))
 
-    def bend(half: HalfName) -> Floats:
+    def bend(half: HalfName, report: Report) -> Floats:
         own = np.array(weights_of[half])
         asked = (geometry.sources[half], geometry.targets[half], own, smoothing)
         if not is_exact:
@@ -433,7 +436,7 @@ def _bend(
         spline = fit_thin_plate_spline(*asked)
         return in_chunks(spline, source.halves[half].plane, report, "bending the source")
 
-    return _FlatPlaces(both_halves(bend), is_exact)
+    return _FlatPlaces(both_halves(bend, report), is_exact)
 
 
 def _judge(

@@ -34,6 +34,17 @@ def side_by_side(
     return made
 
 
-def both_halves(make: Callable[[HalfName], R]) -> dict[HalfName, R]:
-    """Return `make` of each half."""
-    return dict(zip(HALVES, side_by_side(make, HALVES), strict=True))
+def both_halves(
+    make: Callable[[HalfName, Report], R], report: Report = ignore
+) -> dict[HalfName, R]:
+    """Return `make` of each half; how far both are together is reported."""
+    done = dict.fromkeys(HALVES, 0.0)
+
+    def of_half(half: HalfName) -> R:
+        def tell(fraction: float, text: str) -> None:
+            done[half] = fraction
+            report(sum(done.values()) / len(done), text)
+
+        return make(half, tell)
+
+    return dict(zip(HALVES, side_by_side(of_half, HALVES), strict=True))

@@ -176,8 +176,8 @@ SPECS = (
             needs=needs.format(name),
         )
         for verb, text, modifier, tip, needs in (
-            ("keep", "Keep as {}", "Shift", "Remember weights and λ as {}", "results"),
-            ("take", "Take {}", "Alt", "Go back to the weights and λ of {}", "snapshot {}"),
+            ("keep", "Keep weights as {}", "Shift", "Remember weights and λ as {}", "results"),
+            ("take", "Take weights {}", "Alt", "Go back to the weights and λ of {}", "snapshot {}"),
         )
         for name in ("A", "B")
     ),

@@ -51,6 +51,7 @@ class CurvesDialog(QDialog):
         self.reasons.setTextFormat(Qt.TextFormat.PlainText)
         self.bar = QProgressBar()
         self.bar.setRange(0, 100)
+        self.bar.setAccessibleName("How far the curves are measured")
         self.cancel_button, self.close_button = QPushButton("Cancel"), QPushButton("Close")
         self._arrange()
         self.brain.currentIndexChanged.connect(self._on_chosen)

@@ -174,7 +174,6 @@ class OpenBrainsDialog(QDialog):
             "point cloud or a label volume."
         )
         hint.setWordWrap(True)
-        hint.setEnabled(False)
         grid.addWidget(hint, 3, 1, 1, 3)
         grid.addWidget(self._problem, 4, 0, 1, 4)
         grid.addWidget(buttons, 5, 0, 1, 4)

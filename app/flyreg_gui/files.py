@@ -22,6 +22,7 @@ from flyreg_gui.dialogs import Answer, OpenBrainsDialog, ask_about_changes, ask_
 from flyreg_gui.failures import sentence_for
 from flyreg_gui.preferences import RecentBrain
 from flyreg_gui.session import with_view
+from flyreg_gui.steps import short_name
 from flyreg_gui.template_browser import TemplateBrowser
 
 if TYPE_CHECKING:
@@ -168,9 +169,11 @@ class FileCommands:
         results = self._session.results
         if results is None or not self._session.is_up_to_date:
             return
-        folder = Path(self._window.preferences.folder)
+        project = results.project
+        names = [Path(short_name(brain.input)).stem for brain in (project.source, project.target)]
+        suggestion = Path(self._window.preferences.folder) / f"{names[0]}_on_{names[1]}.ply"
         path = ask_for_saving_path(
-            self._window, "Export registered mesh", folder / "registered.ply", EXPORT_FILTER, ".ply"
+            self._window, "Export registered mesh", suggestion, EXPORT_FILTER, ".ply"
         )
         if path is None:
             return

@@ -27,6 +27,8 @@ from flyreg_core.project import Project, Role
 from flyreg_core.twins import twin_of
 from flyreg_gui.failures import sentence_for
 from flyreg_gui.panels.neighbourhood import SELECTED
+from flyreg_gui.preparing import ROLES
+from flyreg_gui.steps import short_name
 
 if TYPE_CHECKING:
     from flyreg_gui.main_window import MainWindow
@@ -150,6 +152,7 @@ class LandmarkCommands:
         if factor != 1.0:
             self._multiply(project, near, factor, place)
         self._selection.select(near)
+        self._window.say(_near_in_words(len(near), place, reach_um, factor))
 
     def _multiply(self, project: Project, near: Iterable[str], factor: float, place: str) -> None:
         pairs = {pair.id: pair.weight for pair in self._pairs()}
@@ -249,7 +252,12 @@ class LandmarkCommands:
                 project = edits.add_neuropils(project, open_neuropils(Path(text), role, unit))
             return project
 
+        known = set(self._window.neuropils.by_name)
         self._try(with_files, "load neuropils")
+        new = [name for name in self._window.neuropils.by_name if name not in known]
+        if new:
+            self._window.landmarks.neighbourhood.choose(new[0])
+            self._window.say(f"Loaded {', '.join(new)}: select or weigh the landmarks near them")
 
     # What the commands share
 
@@ -272,15 +280,27 @@ class LandmarkCommands:
         return Path(text) if text else None
 
     def _ask_for_role(self, question: str) -> Role | None:
-        items = ["source", "target"]
+        project = self._session.project
+        if project is None:
+            return None
+        items = [f"{role}: {short_name(edits.brain_of(project, role).input)}" for role in ROLES]
         text, is_answered = QInputDialog.getItem(
             self._window, "Which brain?", f"{question} …", items, 0, False
         )
-        return ("source" if text == "source" else "target") if is_answered else None
+        return ("source" if text.startswith("source") else "target") if is_answered else None
 
     def _pairs(self) -> list[LandmarkPair]:
         model = self._window.landmarks.model
         return [model.pair(row) for row in range(model.rowCount())]
+
+
+def _near_in_words(count: int, place: str, reach_um: float, factor: float) -> str:
+    """Return how many landmarks were found near a place, and what became of them."""
+    what = "1 landmark lies" if count == 1 else f"{count} landmarks lie"
+    if count == 1 and place == SELECTED:
+        return f"No other landmark lies within {reach_um:.0f} µm of {place}; widen the reach"
+    done = "selected" if factor == 1.0 else f"weights × {factor:g}"
+    return f"{what} within {reach_um:.0f} µm of {place}: {done}"
 
 
 def _named(pairs: Iterable[LandmarkPair]) -> str:

@@ -27,6 +27,8 @@ Index = QModelIndex | QPersistentModelIndex
 ROOT = QModelIndex()
 SORT_ROLE = Qt.ItemDataRole.UserRole
 ID_ROLE = Qt.ItemDataRole.UserRole + 1
+SUGGESTED = "suggested "
+"""How the names of suggestions begin; the table says it by italics instead, to have room."""
 OUTLYING = 5.0
 """A leave-one-out error so many times as far from the median as is usual stands out."""
 LEAST_SUSPICIOUS_UM = 5.0
@@ -135,8 +137,8 @@ class LandmarkTable(QAbstractTableModel):
         self._rows: list[Row] = []
         self._judged = Judged()
         self._judged_of: object = None
-        self._late_font = QFont()
-        self._late_font.setItalic(True)
+        self._italic = QFont()
+        self._italic.setItalic(True)
         self._by_id: dict[str, LandmarkPair] = {}
         self._colors: Mapping[str, Color] = {}
 
@@ -245,8 +247,10 @@ class LandmarkTable(QAbstractTableModel):
                 return QColor(*self._colors.get(row.pair.id, own))
             case Qt.ItemDataRole.ForegroundRole:
                 return self._ink(row, column)
-            case Qt.ItemDataRole.FontRole if self._is_late(column):
-                return self._late_font
+            case Qt.ItemDataRole.FontRole if self._is_late(column) or (
+                column == Column.NAME and row.pair.origin == "suggested"
+            ):
+                return self._italic
             case Qt.ItemDataRole.ToolTipRole:
                 return self._tip(row, column)
             case Qt.ItemDataRole.TextAlignmentRole if column in NUMBERS:
@@ -260,7 +264,7 @@ class LandmarkTable(QAbstractTableModel):
     def _text(self, row: Row, column: Column) -> str:
         match column:
             case Column.NAME:
-                return row.pair.name
+                return row.pair.name.removeprefix(SUGGESTED)
             case Column.PLACE:
                 return f"place on {row.lacking}" if row.lacking else row.pair.kind
             case Column.WEIGHT:

@@ -64,7 +64,6 @@ class PreferencesDialog(QDialog):
             "written when you save."
         )
         hint.setWordWrap(True)
-        hint.setEnabled(False)
         form.addRow(hint)
         tabs = QTabWidget()
         tabs.addTab(general, "General")

@@ -74,7 +74,9 @@ def _numbers(results: Results | None) -> tuple[str, str, str, str]:
     foretold = "…"
     if judged is not None:
         errors = list(judged.leave_one_out_um.values())
-        foretold = f"{median(errors):.2f} µm, mean {fmean(errors):.2f}" if errors else "unknown"
+        foretold = (
+            f"median {median(errors):.2f}, mean {fmean(errors):.2f} µm" if errors else "unknown"
+        )
     gap = max(half.gap_um for half in halves)
     return folds, f"distance {distance}", f"leave-one-out {foretold}", f"seam {gap:.2f} µm"
 

@@ -31,6 +31,7 @@ class State(Enum):
     WAITING = "waiting"
     RUNNING = "running"
     DONE = "done"
+    READY = "ready"
     STALE = "out of date"
     FAILED = "failed"
 
@@ -72,6 +73,8 @@ def _state(session: Session, step: Step) -> State:
     if session.project is None:
         return State.WAITING
     first = _first_affected(session.project, session.results)
+    if step is Step.TAKE_AWAY and session.is_up_to_date:
+        return State.READY  # measuring it changes nothing about what is taken away
     if session.is_complete or step < first:
         return State.DONE
     later = State.WAITING if session.results is None else State.STALE

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QGridLayout,
     QLabel,
+    QLineEdit,
     QListView,
     QPushButton,
     QWidget,
@@ -49,6 +50,12 @@ class TemplateBrowser(QDialog):
         self.list.setSpacing(6)
         self.list.setEditTriggers(QListView.EditTrigger.NoEditTriggers)
         self.list.setAccessibleName("Templates")
+        self.search = QLineEdit()
+        self.search.setPlaceholderText("Find a template, such as FCWB or JRC2018")
+        self.search.setClearButtonEnabled(True)
+        self.search.setAccessibleName("Find a template")
+        self.search.textChanged.connect(self._on_searched)
+        hint = QLabel("Double-click the brain that is to be moved, then the one that stays.")
         self.buttons = {role: QPushButton(f"Take as {role}") for role in ROLES}
         self._names = {role: QLabel() for role in ROLES}
         self._problem = QLabel()
@@ -60,15 +67,17 @@ class TemplateBrowser(QDialog):
         box.rejected.connect(self.reject)
         self.open_button = box.button(choices.Open)
         grid = QGridLayout(self)
-        grid.addWidget(self.list, 0, 0, 1, 2)
-        for row, role in enumerate(ROLES, start=1):
+        grid.addWidget(self.search, 0, 0, 1, 2)
+        grid.addWidget(self.list, 1, 0, 1, 2)
+        grid.addWidget(hint, 2, 0, 1, 2)
+        for row, role in enumerate(ROLES, start=3):
             self.buttons[role].clicked.connect(lambda _on, role=role: self._take(role))
             grid.addWidget(self.buttons[role], row, 0)
             grid.addWidget(self._names[role], row, 1)
-        grid.addWidget(self._problem, 3, 0, 1, 2)
-        grid.addWidget(box, 4, 0, 1, 2)
+        grid.addWidget(self._problem, 5, 0, 1, 2)
+        grid.addWidget(box, 6, 0, 1, 2)
         grid.setColumnStretch(1, 1)
-        grid.setRowStretch(0, 1)
+        grid.setRowStretch(1, 1)
         self.list.doubleClicked.connect(self._on_double_clicked)
         self.list.selectionModel().currentChanged.connect(self._show)
         self.finished.connect(self._thumbnails.close)
@@ -88,6 +97,16 @@ class TemplateBrowser(QDialog):
             self._thumbnails.ask(label)
         if not is_installed():
             self._problem.setText(NOT_INSTALLED)
+
+    def _on_searched(self, text: str) -> None:
+        """Leave those whose name has the text, and go to the first of them."""
+        shown = []
+        for row, label in enumerate(self._items):
+            is_found = text.strip().casefold() in label.casefold()
+            self.list.setRowHidden(row, not is_found)
+            shown += [row] if is_found else []
+        if text and shown:
+            self.list.setCurrentIndex(self._model.index(shown[0], 0))
 
     def _on_drawn(self, label: str, image: QImage) -> None:
         item = self._items[label]

@@ -1,4 +1,4 @@
-"""Five bubbles that point at the window's parts, in the order in which one works."""
+"""Bubbles that point at the window's parts, in the order in which one works."""
 
 from __future__ import annotations
 
@@ -7,7 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QTabBar,
+    QVBoxLayout,
+    QWidget,
+)
 
 from flyreg_gui.theme import Theme, css, current_theme
 
@@ -31,27 +39,38 @@ def stops_of(w: MainWindow) -> tuple[Stop, ...]:
     return (
         Stop(
             "Open two brains",
-            "The source is moved onto the target, which stays. Files can also be dragged onto the "
-            "window; the demo needs none.",
-            lambda: w.start.demo_button if w.start.isVisible() else w.steps.open_button,
+            "The source is moved onto the target, which stays. Open templates shows the standard "
+            "brains of the field; files of your own can also be dragged onto the window. The tour "
+            "goes on once two brains are open.",
+            lambda: w.start.choices if w.start.isVisible() else w.steps.open_button,
         ),
         Stop(
             "Five linked views",
-            "Source, target, the result, and both halves laid flat. A drag turns all brains together; "
-            "what you select in one view is selected in all.",
+            "Source, target, the result, and both halves laid flat, as soon as the brains are "
+            "prepared: the bar at the lower left tells how far that is. A drag turns all brains "
+            "together; what you select in one view is selected in all.",
             lambda: w.view_area,
         ),
         Stop(
-            "Landmark mode",
-            "Press Space, click a place on the source and the same place on the target: that is a "
-            "landmark. Press Space again to only look.",
+            "Landmarks",
+            "The program has placed some already: the dots on the brains, the rows of the table. To "
+            "add one, press Space and click the same place on the source and on the target. Press "
+            "Space again to only look.",
             lambda: w.tool_button("landmark_mode"),
         ),
         Stop(
             "Weights and λ",
-            "A landmark of greater weight pulls harder; 0 leaves it out. λ says how much the map may "
-            "miss landmarks in order to bend less. The picture follows your hand.",
-            lambda: w.landmarks.smoothing_slider,
+            "Select landmarks by a click, or all near one or near a neuropil, such as an antennal "
+            "lobe, whose surface you load here. A greater weight pulls harder, 0 leaves out; λ, "
+            "below, lets the map miss landmarks in order to bend less. The brains follow your hand.",
+            lambda: w.landmarks.neighbourhood,
+        ),
+        Stop(
+            "See what it did",
+            "The Judge tab colours the brains by how far each place was moved, or how far apart the "
+            "two surfaces lie. Ctrl+Z takes anything back; the Edit menu keeps weights as A and B, "
+            "and the View menu shows these in turn.",
+            lambda: _tab_bar(w, "Judge"),
         ),
         Stop(
             "Take it away",
@@ -60,6 +79,14 @@ def stops_of(w: MainWindow) -> tuple[Stop, ...]:
             lambda: w.steps.export_button,
         ),
     )
+
+
+def _tab_bar(window: MainWindow, title: str) -> QWidget:
+    """Return the bar with the tab of a dock; the window while there is none."""
+    for bar in window.findChildren(QTabBar):
+        if bar.isVisible() and title in [bar.tabText(tab) for tab in range(bar.count())]:
+            return bar
+    return window
 
 
 class Tour(QObject):
@@ -79,7 +106,7 @@ class Tour(QObject):
         self.back_button, self.next_button = QPushButton("Back"), QPushButton("Next")
         self.end_button = QPushButton("End the tour")
         self.back_button.clicked.connect(lambda: self._go(-1))
-        self.next_button.clicked.connect(lambda: self._go(1))
+        self.next_button.clicked.connect(self._on_next)
         self.end_button.clicked.connect(self.end)
         buttons = QHBoxLayout()
         buttons.addWidget(self.end_button)
@@ -93,6 +120,7 @@ class Tour(QObject):
         self.ring.hide()
         self.bubble.hide()
         window.installEventFilter(self)
+        window.session.project_changed.connect(self._on_project)
 
     def start(self) -> None:
         """Begin at the first stop."""
@@ -122,6 +150,21 @@ class Tour(QObject):
             self._place()
         return False
 
+    @property
+    def _is_waiting(self) -> bool:
+        """Tell whether two brains must be opened for the tour to have anything to show."""
+        return self.number == 0 and self._window.session.project is None
+
+    def _on_next(self) -> None:
+        if self._is_waiting:
+            self._window.files.open_demo()
+        else:
+            self._go(1)
+
+    def _on_project(self, _project: object) -> None:
+        if self.number == 0:
+            self._go(1)
+
     def _go(self, step: int) -> None:
         number = (self.number or 0) + step
         if number >= len(self._stops):
@@ -138,7 +181,9 @@ class Tour(QObject):
         self._title.setText(f"<b>{stop.title}</b> &nbsp; {self.number + 1} of {len(self._stops)}")
         self._text.setText(stop.text)
         self.back_button.setEnabled(self.number > 0)
-        self.next_button.setText("Done" if self.number == len(self._stops) - 1 else "Next")
+        is_last = self.number == len(self._stops) - 1
+        next_text = "Take the demo" if self._is_waiting else "Done" if is_last else "Next"
+        self.next_button.setText(next_text)
         for widget in (self.ring, self.bubble):
             widget.show()
             widget.raise_()

@@ -6,7 +6,8 @@ import pytest
 
 pytest.importorskip("PySide6")
 from flyreg_gui import template_browser, thumbnails
-from flyreg_gui.dialogs import OpenBrainsDialog
+from flyreg_gui.curves_dialog import CurvesDialog
+from flyreg_gui.dialogs import OpenBrainsDialog, VoxelSizeDialog
 from flyreg_gui.help_window import MOUSE_AND_KEYS, PAGES, HelpWindow, help_pages
 from flyreg_gui.preferences import Preferences
 from flyreg_gui.preferences_dialog import PreferencesDialog
@@ -28,12 +29,13 @@ from PySide6.QtWidgets import (
     QScrollBar,
     QTabBar,
     QTextBrowser,
+    QToolBar,
     QWidget,
 )
 
 from flyreg_core import templates
 from flyreg_core.cache import FOLDER_VARIABLE
-from tests.app.hands import LEFT, activate, press
+from tests.app.hands import LEFT, activate, press, settle
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 
@@ -47,39 +49,48 @@ def in_window(window, widget):
     return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
 
 
-def test_the_tour_points_at_five_parts_and_ends(qtbot, empty_window):
-    tour = empty_window.tour
-    empty_window.actions_by_name["tour"].trigger()
+def test_the_tour_points_at_one_part_after_the_other_and_ends(qtbot, window):
+    tour = window.tour
+    window.actions_by_name["tour"].trigger()
     assert Preferences().has_toured
-    places = []
-    for number in range(5):
-        assert tour.number == number
+    places, titles = [], []
+    while tour.number is not None:
+        assert tour.number == len(places)
         assert tour.bubble.isVisible()
-        bubble = in_window(empty_window, tour.bubble)
-        assert empty_window.rect().contains(bubble)
+        assert window.rect().contains(in_window(window, tour.bubble))
         assert tour._text.height() >= tour._text.heightForWidth(tour._text.width())
         places.append((tour.ring.x(), tour.ring.y()))
+        titles.append(tour._title.text())
         qtbot.mouseClick(tour.next_button, LEFT)
-    assert tour.number is None
     assert not tour.bubble.isVisible()
-    assert len(set(places)) >= 4
+    assert len(set(places)) == len(set(titles)) == 6
 
 
-def test_the_tour_stays_at_its_target_and_can_be_ended_or_gone_back(qtbot, empty_window):
-    tour = empty_window.tour
+def test_the_tour_stays_at_its_target_and_can_be_gone_back_and_ended(qtbot, window):
+    tour = window.tour
     tour.start()
-    target = in_window(empty_window, empty_window.start.demo_button)
-    assert in_window(empty_window, tour.ring).contains(target)
-    empty_window.resize(1200, 800)
+    window.resize(1200, 800)
     QApplication.processEvents()
-    target = in_window(empty_window, empty_window.start.demo_button)
-    assert in_window(empty_window, tour.ring).contains(target)
+    target = in_window(window, window.steps.open_button)
+    assert in_window(window, tour.ring).contains(target)
     qtbot.mouseClick(tour.next_button, LEFT)
     qtbot.mouseClick(tour.back_button, LEFT)
     assert tour.number == 0
     qtbot.mouseClick(tour.end_button, LEFT)
     assert tour.number is None
     assert not tour.ring.isVisible()
+
+
+def test_the_tour_waits_for_two_brains_and_then_goes_on(qtbot, empty_window, project, results):
+    tour = empty_window.tour
+    tour.start()
+    choices = in_window(empty_window, empty_window.start.choices)
+    assert in_window(empty_window, tour.ring).contains(choices)
+    assert "demo" in tour.next_button.text()  # there is nothing else to go on with
+    empty_window.session.open(project)
+    assert tour.number == 1
+    assert tour.next_button.text() == "Next"
+    settle(qtbot, empty_window)
 
 
 # Help
@@ -140,6 +151,20 @@ def test_two_templates_are_chosen_by_their_pictures(qtbot, monkeypatch, tmp_path
     dialog.deleteLater()
 
 
+def test_a_template_is_found_by_a_part_of_its_name(qtbot, monkeypatch):
+    monkeypatch.setattr(template_browser, "template_labels", lambda: ("FAFB14", "FCWB", "JFRC2"))
+    monkeypatch.setattr(thumbnails.Thumbnails, "ask", lambda *_: None)
+    dialog = TemplateBrowser()
+    dialog.show()
+    qtbot.keyClicks(dialog.search, "fc")
+    assert dialog.current == "FCWB"
+    assert [dialog.list.isRowHidden(row) for row in range(3)] == [True, False, True]
+    dialog.search.clear()
+    assert not any(dialog.list.isRowHidden(row) for row in range(3))
+    dialog.reject()
+    dialog.deleteLater()
+
+
 def test_without_flybrains_a_sentence_says_how_to_get_it(qtbot, monkeypatch):
     monkeypatch.setattr(template_browser, "template_labels", tuple)
     monkeypatch.setattr(template_browser, "is_installed", lambda: False)
@@ -162,6 +187,32 @@ def controls_in(top):
     return [widget for widget in top.findChildren(QWidget) if isinstance(widget, CONTROLS)]
 
 
+def is_for_tab(widget):
+    """Tell whether the keyboard is to reach a control."""
+    return (
+        widget.isVisible()
+        and widget.isEnabled()
+        and bool(widget.focusPolicy() & Qt.FocusPolicy.TabFocus)
+        and not isinstance(widget, QScrollBar)
+        and not isinstance(widget.parent(), QComboBox | QAbstractSpinBox)  # these take the keys
+        and not widget.objectName().startswith("qt_")  # a part of another control
+    )
+
+
+def cannot_be_reached(top):
+    """The controls that a mouse can use and a keyboard cannot get to."""
+    return [
+        f"{widget.metaObject().className()} in {type(widget.parent()).__name__}"
+        for widget in controls_in(top)
+        if isinstance(widget, QAbstractButton | QAbstractSlider | QAbstractSpinBox | QComboBox)
+        and not isinstance(widget, QScrollBar)
+        and not isinstance(widget.parent(), QToolBar | QDockWidget | QAbstractItemView)
+        and not widget.objectName().startswith("qt_")
+        and not widget.isHidden()
+        and not widget.focusPolicy() & Qt.FocusPolicy.TabFocus
+    ]
+
+
 def nameless(top):
     """The controls that a screen reader would only call by their kind."""
     found = []
@@ -180,23 +231,46 @@ def nameless(top):
     return found
 
 
-def test_a_screen_reader_has_a_name_for_every_control(empty_window):
-    window = empty_window
+DIALOGS = {
+    "preferences": PreferencesDialog,
+    "help": lambda w: HelpWindow(help_pages(""), MOUSE_AND_KEYS, w),
+    "brains": lambda w: OpenBrainsDialog(w.preferences, w),
+    "voxel size": lambda w: VoxelSizeDialog("a.tif", (1.0, 1.0, 1.0), w),
+    "templates": TemplateBrowser,
+}
+
+
+def test_a_screen_reader_has_a_name_for_every_control(window):
     window.findChild(QDockWidget, "History").show()
     window.tunnels.set_on(True)
     window.steps.settings_button.setChecked(True)
-    dialogs = [
-        PreferencesDialog(window),
-        HelpWindow(help_pages(""), MOUSE_AND_KEYS, window),
-        OpenBrainsDialog(window.preferences, window),
-    ]
-    for dialog in dialogs:
-        dialog.show()
+    curves = CurvesDialog(window.session.results, window)
+    curves.show()
     QApplication.processEvents()
     assert nameless(window) == []
-    for dialog in dialogs:
-        dialog.close()
-        dialog.deleteLater()
+    assert cannot_be_reached(window) == []
+    curves.close()
+
+
+@pytest.mark.parametrize("kind", DIALOGS)
+def test_every_control_of_a_dialog_has_a_name_and_is_reached_by_tab(
+    qtbot, empty_window, monkeypatch, kind
+):
+    monkeypatch.setattr(template_browser, "template_labels", tuple)
+    dialog = DIALOGS[kind](empty_window)
+    dialog.show()
+    activate(qtbot, dialog)
+    assert nameless(dialog) == []
+    assert cannot_be_reached(dialog) == []
+    wanted = [widget for widget in controls_in(dialog) if is_for_tab(widget)]
+    wanted[0].setFocus(Qt.FocusReason.TabFocusReason)
+    reached = []
+    for _ in range(4 * len(wanted)):
+        reached.append(QApplication.focusWidget())
+        QTest.keyClick(reached[-1], Qt.Key.Key_Tab)
+    assert [type(w).__name__ for w in wanted if w not in reached] == []
+    dialog.close()
+    dialog.deleteLater()
 
 
 def test_tab_reaches_every_control_and_the_order_is_that_of_the_screen(qtbot, empty_window):
@@ -210,15 +284,7 @@ def test_tab_reaches_every_control_and_the_order_is_that_of_the_screen(qtbot, em
             break
         reached.append(widget)
         QTest.keyClick(widget, Qt.Key.Key_Tab)
-    wanted = [
-        widget
-        for widget in controls_in(window)
-        if widget.isVisible()
-        and widget.isEnabled()
-        and widget.focusPolicy() & Qt.FocusPolicy.TabFocus
-        and not isinstance(widget, QScrollBar)
-        and not widget.objectName().startswith("qt_")  # a part of another control
-    ]
+    wanted = [widget for widget in controls_in(window) if is_for_tab(widget)]
     assert wanted
     assert [w for w in wanted if w not in reached] == []
     start = window.start

@@ -242,15 +242,22 @@ def test_everything_near_a_landmark_is_weighted_together(qtbot, window):
 def test_landmarks_near_a_neuropil_of_a_file_are_selected(qtbot, window, tmp_path, monkeypatch):
     mark = front_mark(window)
     path = tmp_path / "AL_L.stl"
+    asked = []
+
+    def choose_second(_parent, _title, _label, items, *_rest):
+        asked.append(items)
+        return items[1], True
+
     ball = trimesh.creation.icosphere(2, 10.0)
     ball.apply_translation(mark.target_point)
     ball.export(path)
-    monkeypatch.setattr(QInputDialog, "getItem", lambda *_args: ("target", True))
+    monkeypatch.setattr(QInputDialog, "getItem", choose_second)
     answer_file_dialog(path)
     window.actions_by_name["neuropils"].trigger()
+    assert asked == [["source: source.ply", "target: target.ply"]]
     assert len(window.session.project.neuropils) == 1
     bar = window.landmarks.neighbourhood
-    bar.place.setCurrentText("AL_L (target)")
+    assert bar.place.currentText() == "AL_L (target)"  # what was just loaded is meant
     bar.reach.setValue(12)
     qtbot.mouseClick(bar.buttons[0], LEFT)
     assert mark.pair.id in window.selection.ids
@@ -285,7 +292,7 @@ def test_a_wrong_click_stands_out_in_the_table(qtbot, window):
     wrong = edits.place_pair(window.session.project, pair.id, "target", tuple(far.tolist()))
     window.session.edit("click wrongly", wrong)
     settle(qtbot, window)
-    assert pair.id in Judged.of(window.session.results).suspicious
+    assert pair.id in Judged.of(window.session.results, Judged()).suspicious
     assert text_of(window, pair.id, Column.FORETOLD).startswith("⚠")
 
 

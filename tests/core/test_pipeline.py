@@ -68,6 +68,14 @@ def interior_pair(results: Results, shift: float = 0.0) -> LandmarkPair:
     return LandmarkPair("user-a", "a", "interior", None, tuple(source), tuple(target))
 
 
+def test_the_bar_does_not_begin_anew_when_the_brains_are_prepared(pipeline, results, demo_project):
+    told = []
+    changed = replace(demo_project, boundary=replace(demo_project.boundary, per_seam=5))
+    pipeline.run(changed, lambda fraction, text: told.append((fraction, text)))
+    assert {"placing landmarks", "bending the source"} <= {text for _, text in told}
+    assert min(told)[0] >= 0.84
+
+
 @pytest.mark.parametrize(
     ("edit", "expected"),
     [

@@ -68,6 +68,7 @@ class Histogram(QWidget):
                 kind = min(int(middles[bar] + 0.5), len(STATUS_COLORS) - 1)
                 color = STATUS_COLORS[kind]
             painter.fillRect(left, HEIGHT - height, right - left, height, QColor(*map(int, color)))
+            painter.fillRect(left, HEIGHT - height, right - left, 1, QColor(*theme.faint))
         painter.setPen(QColor(*theme.faint))
         painter.drawLine(0, HEIGHT, self.width(), HEIGHT)
         painter.setPen(QColor(*theme.text))
@@ -158,7 +159,11 @@ class JudgePanel(QScrollArea):
 
 def _note(judging: Judging) -> str:
     if not judging.is_quantity:
-        return "Choose a quantity to see where it is large, and how it is distributed."
+        return (
+            "Choose what the brains are coloured by: how far each place was moved, how far apart the "
+            "two surfaces lie, how much a place was stretched. Below is then how often each value "
+            "occurs."
+        )
     if judging.judged is None:
         return "Measured when the sliders are at rest…"
     quantity = judging.judged.quantity

@@ -76,6 +76,10 @@ class NeighbourhoodBar(QWidget):
         self.place.addItems([SELECTED, *names, LOAD])
         self.place.setCurrentText(chosen if chosen in names else SELECTED)
 
+    def choose(self, name: str) -> None:
+        """Mean one of the neuropils from now on."""
+        self.place.setCurrentText(name)
+
     def _on_activated(self, _row: int) -> None:
         if self.place.currentText() == LOAD:
             self.place.setCurrentText(SELECTED)

@@ -69,7 +69,12 @@ class StartPage(QWidget):
         self._recent = QVBoxLayout()
         column = QVBoxLayout()
         column.setSpacing(8)
-        for widget in (title, welcome, *buttons):
+        self.choices = QWidget()
+        ways = QVBoxLayout(self.choices)
+        ways.setContentsMargins(0, 0, 0, 0)
+        for button in buttons:
+            ways.addWidget(button)
+        for widget in (title, welcome, self.choices):
             column.addWidget(widget)
         column.addLayout(self._recent)
         layout = QGridLayout(self)
@@ -92,7 +97,7 @@ class StartPage(QWidget):
         for path in paths[:MOST_OF_A_KIND]:
             link = _link(path.name, str(path))
             link.clicked.connect(lambda _on, path=path: self.recent_asked.emit(str(path)))
-            self._recent.addWidget(link)
+            self._recent.addWidget(link, alignment=Qt.AlignmentFlag.AlignLeft)
         for source, target in pairs[:MOST_OF_A_KIND]:
             link = _link(
                 f"{source.short_name} on {target.short_name}", f"{source.name}\n{target.name}"
@@ -100,13 +105,12 @@ class StartPage(QWidget):
             link.clicked.connect(
                 lambda _on, pair=(source, target): self.recent_pair_asked.emit(*pair)
             )
-            self._recent.addWidget(link)
+            self._recent.addWidget(link, alignment=Qt.AlignmentFlag.AlignLeft)
 
 
 def _link(text: str, tip: str) -> QPushButton:
     button = QPushButton(text)
     button.setFlat(True)
-    button.setStyleSheet("text-align: left; padding: 3px 6px;")
     button.setToolTip(tip)
     button.setCursor(Qt.CursorShape.PointingHandCursor)
     return button

@@ -33,6 +33,7 @@ SYMBOLS = {
     State.WAITING: "○",
     State.RUNNING: "◐",
     State.DONE: "✓",
+    State.READY: "✓",
     State.STALE: "↻",
     State.FAILED: "✕",
 }
@@ -81,6 +82,7 @@ class StepCard(QFrame):
         colors = {
             State.RUNNING: theme.busy,
             State.DONE: theme.good,
+            State.READY: theme.good,
             State.STALE: theme.busy,
             State.FAILED: theme.bad,
         }

@@ -14,7 +14,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QAction, QDoubleValidator, QMouseEvent, QPainter, QPalette
+from PySide6.QtGui import QAction, QDoubleValidator, QMouseEvent, QPainter, QPaintEvent, QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -30,10 +30,11 @@ from flyreg_gui.sliders import WEIGHT_SCALE
 
 Index = QModelIndex | QPersistentModelIndex
 
-WEIGHT_WIDTH = 110
+WEIGHT_WIDTH = 120
 PADDING, SWATCH = 10, 10
-NUMBER_WIDTH = 42
+NUMBER_WIDTH = 52
 INSET = 9
+EMPTY = "The landmarks of both brains are listed here once the brains are prepared."
 GROOVE, HANDLE = 3.0, 5.0
 
 
@@ -174,6 +175,17 @@ class LandmarkTableView(QTableView):
         header.setSectionResizeMode(Column.NAME, QHeaderView.ResizeMode.Stretch)
         header.setSectionResizeMode(Column.WEIGHT, QHeaderView.ResizeMode.Fixed)
         header.resizeSection(Column.WEIGHT, WEIGHT_WIDTH)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the table, or what will be in it."""
+        super().paintEvent(event)
+        if self.model().rowCount() == 0:
+            painter = QPainter(self.viewport())
+            painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
+            room = self.viewport().rect().adjusted(PADDING, PADDING, -PADDING, -PADDING)
+            how = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(room, how, EMPTY)
+            painter.end()
 
     def _show_column(self, column: Column, on: bool) -> None:
         self.setColumnHidden(column, not on)

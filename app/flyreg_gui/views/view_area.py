@@ -167,8 +167,8 @@ class ViewArea(QWidget):
 
     def _make_frames(self) -> None:
         titles = (
-            ("Source", "The brain that is moved appears here.", SOURCE, Canvas),
-            ("Target", "The brain that stays appears here.", TARGET, Canvas),
+            ("Source", "The brain that is moved appears here once it is prepared.", SOURCE, Canvas),
+            ("Target", "The brain that stays appears here once it is prepared.", TARGET, Canvas),
             (
                 "Registered on target",
                 "The moved source appears here, on the target.",
