@@ -40,6 +40,7 @@ class FlatBrain:
     frame: BrainFrame
     curves: Mapping[CurveKey, Curve]
     halves: Mapping[HalfName, FlatHalf]
+    n_added: int = 0  # vertices that dividing edges has added, the last ones of the surface
 
     @cached_property
     def normals(self) -> Floats:

@@ -162,7 +162,7 @@ def register(
         near = None if last is None else last.halves[half].face
         grid = locators.halves[half]
         table = locators.tables[half]
-        face = _lift_into(vertices, own.vertex_of, mended.flat.uv, half, grid, table, near)
+        face = lift_into(vertices, own.vertex_of, mended.flat.uv, half, grid, table, near)
         halves[half] = _warped_half(raw, mended, other.law, face, gaps[half])
     flipped_on_caps = 0
     for cap, target_cap, grid in zip(source_caps, locators.caps, locators.cap_grids, strict=True):
@@ -187,7 +187,7 @@ def lift(
     """Return the (k, 3) surface points of (k, 2) strip coordinates on a half (eq. 13)."""
     lifted = np.zeros((len(uv), 3))
     table = lift_table(target, grid, points)
-    _lift_into(lifted, np.arange(len(uv)), uv, target.name, grid, table, None)
+    lift_into(lifted, np.arange(len(uv)), uv, target.name, grid, table, None)
     return lifted
 
 
@@ -201,7 +201,7 @@ def lift_places(
     return lift(uv, other, grid, surface)
 
 
-def _lift_into(
+def lift_into(
     lifted: Floats,
     rows: Integers,
     uv: Floats,

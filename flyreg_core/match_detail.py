@@ -1,4 +1,4 @@
-"""Stage 5c: each brain's faces divided where the other one is more detailed.
+"""Stage 5c: the faces of each brain divided where the other one is more detailed.
 
 A face of the source spans in one plane what may be a furrow of the target: its corners come to lie
 on the target, its middle does not. Dividing it changes neither the source's surface nor how its
@@ -7,187 +7,173 @@ halves lie flat, and lets the new vertices follow the target too.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from flyreg_core.correspondence import FlatBrain
 from flyreg_core.cut import PIECES
-from flyreg_core.flatten import Springs
+from flyreg_core.divide import divide
 from flyreg_core.halves import FlatHalf
 from flyreg_core.landmarks import HALVES, HalfName
-from flyreg_core.lift import lift_places
-from flyreg_core.locate import strip_grid
-from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
-from flyreg_core.orientation import face_orientations
+from flyreg_core.lift import lift_into, lift_table
+from flyreg_core.locate import TriangleGrid, strip_grid
+from flyreg_core.mesh import Booleans, Floats, Integers
 from flyreg_core.progress import Report
-from flyreg_core.rectangle import to_plane
-from flyreg_core.refine import Refinement, side_keys, split_edges
+from flyreg_core.refine import side_keys
 
-TOLERANCE = 2e-4
-"""A side may leave the other surface by this share of its diagonal before it is divided."""
-ROUNDS = 4
-MOST_GROWTH = 0.4
-"""So many vertices are added at most, as a share of those there are: the worst sides first."""
+TOLERANCE = 1e-4
+"""An edge may leave the other surface by this share of its diagonal before it is divided."""
+MOST_GROWTH = 0.5
+"""So many vertices are added at most, as a share of those there are: the worst edges first."""
+ROUNDS = 5
+ALONG = 0.3
+"""What the middle of an edge is off along the other surface counts so much, against 1 across it."""
 
 
 def match_detail(brain: FlatBrain, other: FlatBrain, report: Report) -> FlatBrain:
-    """Return a flat brain with sides of its faces divided where they leave the other's surface.
+    """Return a flat brain with edges divided where they leave the other brain's surface.
 
-    Both lie flat so that the same anatomy is in one place; boundary curves stay as they are. A side
-    is not divided where rounding would turn a face of the flat half.
+    Both brains lie flat so that the same anatomy is in one place. A brain that nowhere leaves the
+    other one is returned as it is.
+
+    Notes
+    -----
+    The middle of an edge of a half, a curve's too, is lifted to the other surface, and so are its
+    ends: their chord is what the registered surface has there. What an edge costs is how far its
+    middle lies off the chord, mainly across the surface, times the chord's length. Each round
+    divides the edges that cost most, and looks at those that are new.
     """
-    grids = {half: strip_grid(other.halves[half].flat) for half in HALVES}
-    surface = other.dissection.surface
-    limit = TOLERANCE * surface.diagonal
-    left = int(MOST_GROWTH * len(brain.dissection.surface.vertices))
+    onto = {half: _other_half(other, half) for half in HALVES}
+    limit = TOLERANCE * other.dissection.surface.diagonal
+    n_before = len(brain.dissection.surface.vertices)
+    most = int((1 + MOST_GROWTH) * n_before)
+    lifted = np.zeros((n_before, 3))
+    for half in HALVES:
+        own = brain.halves[half]
+        lifted[own.vertex_of] = onto[half].lift(own, own.flat.uv)[0]
+    edges = _edges_from(0, brain, onto, lifted)
     for number in range(ROUNDS):
         report(number / ROUNDS, "matching detail")
-        edges, away = [], []
-        for half in HALVES:
-            own = _inner_sides(brain.halves[half])
-            flat = brain.halves[half]
-            middles = to_plane(own.middles[:, 0], flat.law.beta(own.middles[:, 1]))
-            places = np.concatenate([flat.plane, middles])
-            lifted = lift_places(half, other, grids[half], places, surface.vertices)
-            ends, between = lifted[: len(flat.plane)][own.edges], lifted[len(flat.plane) :]
-            edges.append(flat.vertex_of[own.edges])
-            away.append(np.linalg.norm(between - ends.mean(axis=1), axis=1))
-        chosen = _worst(np.concatenate(edges), np.concatenate(away), limit, left)
-        chosen = _two_a_face(brain.dissection.surface.faces, chosen)
+        n = len(lifted)
+        chosen = edges.worst(limit, (most - n) // (ROUNDS - number))
+        chosen = chosen[_at_most_two_a_face(brain.dissection.surface.faces, edges.ends[chosen])]
         if not len(chosen):
             break
-        before = len(brain.dissection.surface.vertices)
-        brain = _divided(brain, chosen)
-        left -= len(brain.dissection.surface.vertices) - before
+        chosen = chosen[np.argsort(edges.ends[chosen] @ [n, 1])]
+        divided = divide(brain, edges.ends[chosen])
+        brain = divided.brain
+        lifted = np.concatenate([lifted, edges.middles[chosen[divided.is_divided]]])
+        edges = edges.without(chosen).joined(_edges_from(n, brain, onto, lifted))
     return brain
 
 
 @dataclass(frozen=True, eq=False)
-class _Sides:
-    """The sides that two faces of a half share."""
+class _OtherHalf:
+    """A half of the other brain, and what lifting places to its surface needs."""
 
-    edges: Integers  # (e, 2), own vertices, lower first
-    middles: Floats  # (e, 2), on the strip
+    half: FlatHalf
+    grid: TriangleGrid
+    table: Floats  # see `lift_table`
+    normals: Floats  # (m, 3), unit, of its faces
 
-
-def _inner_sides(half: FlatHalf) -> _Sides:
-    n = len(half.vertex_of)
-    keys, first, count = np.unique(side_keys(half.faces, n), return_index=True, return_counts=True)
-    face, side = np.divmod(first[count == 2], 3)
-    corners = half.flat.corners[face]
-    rows = np.arange(len(face))
-    middles = (corners[rows, side] + corners[rows, (side + 1) % 3]) / 2
-    return _Sides(np.stack(np.divmod(keys[count == 2], n), axis=1), middles)
-
-
-def _worst(edges: Integers, away: Floats, limit: float, most: int) -> Integers:
-    """Return the edges that are farther away than a limit, the worst first."""
-    order = np.argsort(-away)
-    return edges[order[: min(int(np.count_nonzero(away > limit)), most)]]
+    def lift(self, own: FlatHalf, uv: Floats) -> tuple[Floats, Integers]:
+        """Return the (k, 3) points at (k, 2) places of another brain's half, and the faces there."""
+        beta = np.clip(own.law.beta(uv[:, 1]), 0.0, 1.0)
+        places = np.stack([uv[:, 0], self.half.law.v(beta)], axis=1)
+        points, rows = np.zeros((len(uv), 3)), np.arange(len(uv))
+        faces = lift_into(points, rows, places, self.half.name, self.grid, self.table, None)
+        return points, faces
 
 
-def _two_a_face(faces: Integers, edges: Integers) -> Integers:
-    """Return edges without the least of those of which a face has all three sides."""
+def _other_half(brain: FlatBrain, name: HalfName) -> _OtherHalf:
+    half, surface = brain.halves[name], brain.dissection.surface
+    grid = strip_grid(half.flat)
+    normals = surface.face_normals[brain.dissection.piece_of_face == PIECES.index(name)]
+    size = np.maximum(_lengths(normals), np.finfo(float).tiny)
+    return _OtherHalf(
+        half, grid, lift_table(half, grid, surface.vertices), normals / size[:, np.newaxis]
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Edges:
+    """Edges of both halves, each once, and how they fit the other surface."""
+
+    ends: Integers  # (e, 2), lower vertex first
+    middles: Floats  # (e, 3), where their middles come to lie on the other surface
+    away: Floats  # (e,), how far that is off the chord of the ends, micrometres
+    cost: Floats  # (e,)
+
+    def worst(self, limit: float, most: int) -> Integers:
+        """Return the numbers of up to so many edges farther off than a limit, by falling cost."""
+        far = np.flatnonzero(self.away > limit)
+        return far[np.argsort(-self.cost[far])[: max(most, 0)]]
+
+    def without(self, chosen: Integers) -> _Edges:
+        """Return all edges but some."""
+        kept = np.ones(len(self.ends), dtype=bool)
+        kept[chosen] = False
+        return _Edges(self.ends[kept], self.middles[kept], self.away[kept], self.cost[kept])
+
+    def joined(self, others: _Edges) -> _Edges:
+        """Return these edges and others."""
+        return _Edges(
+            np.concatenate([self.ends, others.ends]),
+            np.concatenate([self.middles, others.middles]),
+            np.concatenate([self.away, others.away]),
+            np.concatenate([self.cost, others.cost]),
+        )
+
+
+def _edges_from(
+    first_new: int, brain: FlatBrain, onto: Mapping[HalfName, _OtherHalf], lifted: Floats
+) -> _Edges:
+    """Return the edges that end in a vertex from a number on.
+
+    Parameters
+    ----------
+    lifted : (n, 3) float
+        Where all vertices of the halves come to lie on the other surface.
+    """
+    parts = []
+    is_done = np.zeros(len(lifted), dtype=bool)
+    for name in HALVES:
+        own = brain.halves[name]
+        springs = own.springs
+        ends = own.vertex_of[springs.edges]
+        # no edge across a half joins its boundaries: what has both ends in both is on a seam
+        is_new = (ends[:, 1] >= first_new) & ~(is_done[ends[:, 0]] & is_done[ends[:, 1]])
+        is_done[own.vertex_of] = True
+        ends, places = ends[is_new], own.flat.uv[springs.edges[is_new]]
+        uv = (places[:, 0] + places[:, 1]) / 2
+        uv[:, 0] += springs.jumps[is_new] / 2
+        middles, face = onto[name].lift(own, uv)
+        start, end = lifted[ends[:, 0]], lifted[ends[:, 1]]
+        off = middles - (start + end) / 2
+        across = np.abs(np.einsum("ij,ij->i", off, onto[name].normals[face]))
+        along = np.sqrt(np.maximum(np.einsum("ij,ij->i", off, off) - across**2, 0.0))
+        away = across + ALONG * along
+        parts.append(_Edges(ends, middles, away, away * _lengths(end - start)))
+    return parts[0].joined(parts[1])
+
+
+def _lengths(vectors: Floats) -> Floats:
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
+
+
+def _at_most_two_a_face(faces: Integers, edges: Integers) -> Booleans:
+    """Tell which edges are left if of each face with all three sides among them the last is left out."""
     n = int(faces.max()) + 1
-    keys = edges[:, 0] * n + edges[:, 1]
+    keys = edges @ [n, 1]
     order = np.argsort(keys)
-    sides = side_keys(faces, n)
-    place = np.minimum(np.searchsorted(keys[order], sides), max(len(keys) - 1, 0))
-    is_chosen = keys[order][place] == sides if len(keys) else np.zeros(sides.shape, dtype=bool)
-    rank = np.where(is_chosen, order[place] if len(keys) else -1, -1)
-    dropped = rank[is_chosen.all(axis=1)].max(axis=1, initial=-1)
-    return np.delete(edges, dropped, axis=0)
-
-
-def _divided(brain: FlatBrain, edges: Integers) -> FlatBrain:
-    """Return a brain with some inner sides of its halves divided in the middle.
-
-    Sides of faces whose parts rounding would turn over are left whole.
-    """
-    while True:
-        old = brain.dissection
-        refinement = split_edges(old.surface.faces, edges)
-        piece = old.piece_of_face[refinement.parent]
-        divided = {
-            half: _divided_half(brain, half, refinement, piece == PIECES.index(half))
-            for half in HALVES
-        }
-        turned = np.concatenate([parents for _, parents in divided.values()])
-        if not len(turned):
-            break
-        bad = side_keys(old.surface.faces[turned], len(old.surface.vertices))
-        keys = edges[:, 0] * len(old.surface.vertices) + edges[:, 1]
-        edges = edges[~np.isin(keys, bad)]
-    surface = SurfaceMesh(refinement.carry(old.surface.vertices), refinement.faces)
-    dissection = replace(old, surface=surface, piece_of_face=piece)
-    halves = {half: flat for half, (flat, _) in divided.items()}
-    return replace(brain, dissection=dissection, halves=halves)
-
-
-def _divided_half(
-    brain: FlatBrain, name: HalfName, refinement: Refinement, is_own: Booleans
-) -> tuple[FlatHalf, Integers]:
-    """Return a half with its sides divided, and the old faces some part of which is turned over."""
-    half, old = brain.halves[name], brain.dissection
-    n = len(old.surface.vertices)
-    faces, parent = refinement.faces[is_own], refinement.parent[is_own]
-    vertex_of = np.concatenate([half.vertex_of, np.unique(faces[faces >= n])])
-    own_faces = np.searchsorted(vertex_of, faces)
-    own_number = np.cumsum(old.piece_of_face == PIECES.index(name)) - 1
-    parents = old.surface.faces[parent]
-    places = half.flat.corners[own_number[parent]]
-    corners = _corners(faces, parents, places, refinement, n)
-    _, first = np.unique(own_faces, return_index=True)
-    uv = corners.reshape(-1, 2)[first]
-    uv[: len(half.vertex_of)] = half.flat.uv
-    shifts = np.rint(corners[..., 0] - uv[own_faces][..., 0]).astype(np.int64)
-    flat = FlatMesh(uv, own_faces, shifts)
-    turned = parent[face_orientations(flat) <= 0]
-    new_ends = np.searchsorted(vertex_of, refinement.ends[vertex_of[len(half.vertex_of) :] - n])
-    springs = _springs(half, flat, new_ends)
-    return replace(half, vertex_of=vertex_of, flat=flat, springs=springs), turned
-
-
-def _corners(
-    faces: Integers, parents: Integers, places: Floats, refinement: Refinement, n_old: int
-) -> Floats:
-    """Return the (m, 3, 2) places of the corners of faces within their parents.
-
-    `parents` and `places` are the corners of the (m,) parents and where they lie.
-    """
-    is_old = faces < n_old
-    ends = np.stack([faces, faces], axis=-1)
-    ends[~is_old] = refinement.ends[faces[~is_old] - n_old]
-    corner = (ends[..., np.newaxis] == parents[:, np.newaxis, np.newaxis]).argmax(axis=-1)
-    rows = np.arange(len(faces))[:, np.newaxis, np.newaxis]
-    return np.asarray(places[rows, corner].mean(axis=2))
-
-
-def _springs(half: FlatHalf, flat: FlatMesh, new_ends: Integers) -> Springs:
-    """Return springs along the sides of a divided half.
-
-    Whole sides keep theirs; the parts of a side are twice as strong as it was, as springs are, and
-    sides across faces are as strong as the mean.
-    """
-    n, n_old = len(flat.uv), len(half.vertex_of)
-    keys, first = np.unique(side_keys(flat.faces, n), return_index=True)
-    edges = np.stack(np.divmod(keys, n), axis=1)
-    face, side = np.divmod(first, 3)
-    following = (side + 1) % 3
-    jumps = flat.corner_shifts[face, following] - flat.corner_shifts[face, side]
-    jumps = np.where(flat.faces[face, side] < flat.faces[face, following], jumps, -jumps)
-    known = half.springs.edges[:, 0] * n + half.springs.edges[:, 1]
-    order = np.argsort(known)
-    ends = edges.copy()
-    is_new = edges[:, 1] >= n_old
-    far = new_ends[edges[is_new, 1] - n_old]
-    is_part = (far == edges[is_new, :1]).any(axis=1)
-    ends[is_new] = np.where(is_part[:, np.newaxis], far, -1)
-    wanted = ends[:, 0] * n + ends[:, 1]
-    place = np.minimum(np.searchsorted(known[order], wanted), len(known) - 1)
-    is_known = known[order][place] == wanted
-    weights = np.full(len(edges), float(half.springs.weights.mean()))
-    weights[is_known] = half.springs.weights[order][place[is_known]]
-    weights[is_new & is_known] *= 2
-    return Springs(edges, jumps, weights)
+    is_end = np.zeros(n, dtype=bool)
+    is_end[edges] = True
+    near = faces[is_end[faces].all(axis=1)]
+    sides = side_keys(near, n)
+    place = order[np.minimum(np.searchsorted(keys, sides, sorter=order), len(keys) - 1)]
+    is_whole = (keys[place] == sides).all(axis=1)
+    kept = np.ones(len(edges), dtype=bool)
+    kept[place[is_whole].max(axis=1)] = False
+    return kept
