@@ -75,10 +75,11 @@ def _divided_half(
     in_half = old.piece_of_face == number
     own_parts = np.flatnonzero(in_half[refinement.parent])
     faces, parent = refinement.faces[own_parts], refinement.parent[own_parts]
-    is_new = faces >= n
-    vertex_of = np.concatenate([half.vertex_of, np.unique(faces[is_new])])
+    first, second, third = (faces >= n).T
+    new = np.flatnonzero(first | second | third)
+    added = np.unique(faces[new])
+    vertex_of = np.concatenate([half.vertex_of, added[added >= n]])
     own_faces = _own_numbers(vertex_of, faces)
-    new = np.flatnonzero(is_new.any(axis=1))
     own_parent = (np.cumsum(in_half) - 1)[parent]
     places = half.flat.corners[own_parent[new]]
     corners = _corners(faces[new], old.surface.faces[parent[new]], places, refinement, n)

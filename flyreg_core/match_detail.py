@@ -53,11 +53,11 @@ def match_detail(brain: FlatBrain, other: FlatBrain, report: Report) -> FlatBrai
     for half in HALVES:
         own = brain.halves[half]
         lifted[own.vertex_of] = onto[half].lift(own, own.flat.uv)[0]
-    edges = _edges_from(0, brain, onto, lifted)
+    edges = _far_edges(0, brain, onto, lifted, limit)
     for number in range(ROUNDS):
         report(number / ROUNDS, "matching detail")
         n = len(lifted)
-        chosen = edges.worst(limit, (most - n) // (ROUNDS - number))
+        chosen = edges.worst((most - n) // (ROUNDS - number))
         chosen = chosen[_at_most_two_a_face(brain.dissection.surface.faces, edges.ends[chosen])]
         if not len(chosen):
             break
@@ -65,7 +65,7 @@ def match_detail(brain: FlatBrain, other: FlatBrain, report: Report) -> FlatBrai
         divided = divide(brain, edges.ends[chosen])
         brain = divided.brain
         lifted = np.concatenate([lifted, edges.middles[chosen[divided.is_divided]]])
-        edges = edges.without(chosen).joined(_edges_from(n, brain, onto, lifted))
+        edges = edges.without(chosen).joined(_far_edges(n, brain, onto, lifted, limit))
     return brain
 
 
@@ -99,38 +99,39 @@ def _other_half(brain: FlatBrain, name: HalfName) -> _OtherHalf:
 
 @dataclass(frozen=True, eq=False)
 class _Edges:
-    """Edges of both halves, each once, and how they fit the other surface."""
+    """Edges of both halves, each once, that do not fit the other surface."""
 
     ends: Integers  # (e, 2), lower vertex first
     middles: Floats  # (e, 3), where their middles come to lie on the other surface
-    away: Floats  # (e,), how far that is off the chord of the ends, micrometres
-    cost: Floats  # (e,)
+    cost: Floats  # (e,), how far that is off the chord of their ends, times its length
 
-    def worst(self, limit: float, most: int) -> Integers:
-        """Return the numbers of up to so many edges farther off than a limit, by falling cost."""
-        far = np.flatnonzero(self.away > limit)
-        return far[np.argsort(-self.cost[far])[: max(most, 0)]]
+    def worst(self, most: int) -> Integers:
+        """Return the numbers of up to so many edges that cost most, by falling cost."""
+        return np.argsort(-self.cost, kind="stable")[: max(most, 0)]
 
     def without(self, chosen: Integers) -> _Edges:
         """Return all edges but some."""
         kept = np.ones(len(self.ends), dtype=bool)
         kept[chosen] = False
-        return _Edges(self.ends[kept], self.middles[kept], self.away[kept], self.cost[kept])
+        return _Edges(self.ends[kept], self.middles[kept], self.cost[kept])
 
     def joined(self, others: _Edges) -> _Edges:
         """Return these edges and others."""
         return _Edges(
             np.concatenate([self.ends, others.ends]),
             np.concatenate([self.middles, others.middles]),
-            np.concatenate([self.away, others.away]),
             np.concatenate([self.cost, others.cost]),
         )
 
 
-def _edges_from(
-    first_new: int, brain: FlatBrain, onto: Mapping[HalfName, _OtherHalf], lifted: Floats
+def _far_edges(
+    first_new: int,
+    brain: FlatBrain,
+    onto: Mapping[HalfName, _OtherHalf],
+    lifted: Floats,
+    limit: float,
 ) -> _Edges:
-    """Return the edges that end in a vertex from a number on.
+    """Return those edges that end in a vertex from a number on and are farther off than a limit.
 
     Parameters
     ----------
@@ -141,21 +142,24 @@ def _edges_from(
     is_done = np.zeros(len(lifted), dtype=bool)
     for name in HALVES:
         own = brain.halves[name]
-        springs = own.springs
-        ends = own.vertex_of[springs.edges]
-        # no edge across a half joins its boundaries: what has both ends in both is on a seam
-        is_new = (ends[:, 1] >= first_new) & ~(is_done[ends[:, 0]] & is_done[ends[:, 1]])
+        new = np.flatnonzero(own.springs.edges[:, 1] >= np.searchsorted(own.vertex_of, first_new))
+        ends = own.vertex_of[own.springs.edges[new]]
+        # an edge across a half does not join its boundaries: with both ends in both it is on a seam
+        is_seen = is_done[ends[:, 0]] & is_done[ends[:, 1]]
         is_done[own.vertex_of] = True
-        ends, places = ends[is_new], own.flat.uv[springs.edges[is_new]]
-        uv = (places[:, 0] + places[:, 1]) / 2
-        uv[:, 0] += springs.jumps[is_new] / 2
+        new, ends = new[~is_seen], ends[~is_seen]
+        first, second = own.springs.edges[new].T
+        uv = (own.flat.uv[first] + own.flat.uv[second]) / 2
+        uv[:, 0] += own.springs.jumps[new] / 2
         middles, face = onto[name].lift(own, uv)
         start, end = lifted[ends[:, 0]], lifted[ends[:, 1]]
         off = middles - (start + end) / 2
         across = np.abs(np.einsum("ij,ij->i", off, onto[name].normals[face]))
         along = np.sqrt(np.maximum(np.einsum("ij,ij->i", off, off) - across**2, 0.0))
         away = across + ALONG * along
-        parts.append(_Edges(ends, middles, away, away * _lengths(end - start)))
+        far = np.flatnonzero(away > limit)
+        cost = (away * _lengths(end - start))[far]
+        parts.append(_Edges(ends[far], middles[far], cost))
     return parts[0].joined(parts[1])
 
 
@@ -170,8 +174,8 @@ def _at_most_two_a_face(faces: Integers, edges: Integers) -> Booleans:
     order = np.argsort(keys)
     is_end = np.zeros(n, dtype=bool)
     is_end[edges] = True
-    near = faces[is_end[faces].all(axis=1)]
-    sides = side_keys(near, n)
+    first, second, third = is_end[faces].T
+    sides = side_keys(faces[first & second & third], n)
     place = order[np.minimum(np.searchsorted(keys, sides, sorter=order), len(keys) - 1)]
     is_whole = (keys[place] == sides).all(axis=1)
     kept = np.ones(len(edges), dtype=bool)
