@@ -403,12 +403,19 @@ def _match_detail(
     source: PreparedBrain, target: PreparedBrain, report: Report
 ) -> tuple[PreparedBrain, PreparedBrain]:
     """Return both brains with faces divided where the other one is more detailed."""
-    of_source = match_detail(source.flat, target.flat, within(report, 0.0, 0.5))
-    of_target = match_detail(target.flat, source.flat, within(report, 0.5, 1.0))
-    return _with_flat(source, of_source), _with_flat(target, of_target)
+    return (
+        _matched_in_detail(source, target.flat, within(report, 0.0, 0.5)),
+        _matched_in_detail(target, source.flat, within(report, 0.5, 1.0)),
+    )
 
 
-def _with_flat(brain: PreparedBrain, flat: FlatBrain) -> PreparedBrain:
+def _matched_in_detail(brain: PreparedBrain, other: FlatBrain, report: Report) -> PreparedBrain:
+    """Return a brain with faces divided, unless the user has said how many vertices it has."""
+    if brain.brain.simplify.vertices is not None:
+        return brain
+    flat = match_detail(brain.flat, other, report)
+    if flat is brain.flat:
+        return brain
     return replace(brain, flat=flat, caps=find_caps(flat.dissection, flat.curves))
 
 

@@ -74,7 +74,7 @@ def interior_pair(results: Results, shift: float = 0.0) -> LandmarkPair:
         ),
         (
             lambda p: edits.set_brain(p, "source", replace(p.source, cut=CutParameters(3.0))),
-            {"cut", "flatten", "prepared", "matching", "laying over", "locators"}
+            {"cut", "flatten", "prepared", "matching", "laying over", "matching detail", "locators"}
             | LANDMARKS
             | AFTER_SPLINE,
         ),
@@ -83,14 +83,14 @@ def interior_pair(results: Results, shift: float = 0.0) -> LandmarkPair:
                 p, "source", replace(p.source, handles=HandleParameters(hole=(0.0, 35.0, 10.0)))
             ),
             {"torus", "simplify", "smooth", "cut", "flatten", "prepared", "alignment"}
-            | {"shape map", "matching", "laying over", "locators"}
+            | {"shape map", "matching", "laying over", "matching detail", "locators"}
             | LANDMARKS
             | AFTER_SPLINE,
         ),
         (
             lambda p: edits.set_brain(p, "target", replace(p.target, smooth=SmoothParameters(50))),
-            {"smooth", "cut", "flatten", "prepared", "laying over", "locators"}
-            | LANDMARKS - {"live splines"}
+            {"smooth", "cut", "flatten", "prepared", "laying over", "matching detail", "locators"}
+            | LANDMARKS
             | AFTER_SPLINE,
         ),
     ],
