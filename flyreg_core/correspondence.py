@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -24,7 +24,7 @@ from flyreg_core.landmarks import (
     LandmarkParameters,
     Pairing,
 )
-from flyreg_core.mesh import Floats
+from flyreg_core.mesh import Floats, Integers
 from flyreg_core.rectangle import perimeter_share, to_plane, u_of_perimeter, wrapped
 from flyreg_core.surface_places import find_places
 
@@ -40,7 +40,8 @@ class FlatBrain:
     frame: BrainFrame
     curves: Mapping[CurveKey, Curve]
     halves: Mapping[HalfName, FlatHalf]
-    n_added: int = 0  # vertices that dividing edges has added, the last ones of the surface
+    added: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    """(k, 2) the edges that the last k vertices of the surface divide, each whole till then."""
 
     @cached_property
     def normals(self) -> Floats:

@@ -57,11 +57,8 @@ def divide(brain: FlatBrain, edges: Integers) -> Divided:
     dissection = replace(old, surface=surface, piece_of_face=piece)
     curves = {key: _divided_curve(curve, refinement, n) for key, curve in brain.curves.items()}
     halves = {half: _with_boundary(own, curves) for half, (own, _) in divided.items()}
-    n_added = brain.n_added + int(is_divided.sum())
-    return Divided(
-        FlatBrain(dissection, brain.frame, curves, halves, n_added),
-        is_divided,
-    )
+    added = np.concatenate([brain.added, refinement.ends])
+    return Divided(FlatBrain(dissection, brain.frame, curves, halves, added), is_divided)
 
 
 def _divided_half(

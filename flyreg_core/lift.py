@@ -103,7 +103,7 @@ def find_ends(landmarks: tuple[PlacedLandmark, ...]) -> LandmarkEnds:
 
 def build_locators(target: FlatBrain) -> Locators:
     """Return the locators of both halves and both caps of the target."""
-    caps = find_caps(target.dissection, target.curves)
+    caps = find_caps(target.dissection, target.curves, target.added)
     grids = [cap_grid(cap, lay_cap_flat(cap, rim_circle(cap.side, target.curves))) for cap in caps]
     halves = {half: strip_grid(target.halves[half].flat) for half in HALVES}
     points = target.dissection.surface.vertices
@@ -162,7 +162,7 @@ def register(
         near = None if last is None else last.halves[half].face
         grid = locators.halves[half]
         table = locators.tables[half]
-        face = lift_into(vertices, own.vertex_of, mended.flat.uv, half, grid, table, near)
+        face = _lift_into(vertices, own.vertex_of, mended.flat.uv, half, grid, table, near)
         halves[half] = _warped_half(raw, mended, other.law, face, gaps[half])
     flipped_on_caps = 0
     for cap, target_cap, grid in zip(source_caps, locators.caps, locators.cap_grids, strict=True):
@@ -187,7 +187,7 @@ def lift(
     """Return the (k, 3) surface points of (k, 2) strip coordinates on a half (eq. 13)."""
     lifted = np.zeros((len(uv), 3))
     table = lift_table(target, grid, points)
-    lift_into(lifted, np.arange(len(uv)), uv, target.name, grid, table, None)
+    _lift_into(lifted, np.arange(len(uv)), uv, target.name, grid, table, None)
     return lifted
 
 
@@ -201,7 +201,7 @@ def lift_places(
     return lift(uv, other, grid, surface)
 
 
-def lift_into(
+def _lift_into(
     lifted: Floats,
     rows: Integers,
     uv: Floats,

@@ -9,16 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
+from flyreg_core.caps import Cap, cap_grid, find_caps, lay_cap_flat, rim_circle, rim_places
 from flyreg_core.correspondence import FlatBrain
 from flyreg_core.cut import PIECES
 from flyreg_core.divide import divide
-from flyreg_core.halves import FlatHalf
-from flyreg_core.landmarks import HALVES, HalfName
-from flyreg_core.lift import lift_into, lift_table
-from flyreg_core.locate import TriangleGrid, strip_grid
+from flyreg_core.flatten import Springs
+from flyreg_core.landmarks import HALVES
+from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid
 from flyreg_core.mesh import Booleans, Floats, Integers
 from flyreg_core.progress import Report
 from flyreg_core.refine import side_keys
@@ -35,25 +36,25 @@ ALONG = 0.3
 def match_detail(brain: FlatBrain, other: FlatBrain, report: Report) -> FlatBrain:
     """Return a flat brain with edges divided where they leave the other brain's surface.
 
-    Both brains lie flat so that the same anatomy is in one place. A brain that nowhere leaves the
-    other one is returned as it is.
+    Both brains lie flat on the same strips, so that the same anatomy is in one place. A brain that
+    nowhere leaves the other one is returned as it is.
 
     Notes
     -----
-    The middle of an edge of a half, a curve's too, is lifted to the other surface, and so are its
-    ends: their chord is what the registered surface has there. What an edge costs is how far its
-    middle lies off the chord, mainly across the surface, times the chord's length. Each round
+    The middle of an edge, of a curve or a trim cap too, is lifted to the other surface, and so are
+    its ends: their chord is what the registered surface has there. What an edge costs is how far
+    its middle lies off the chord, mainly across the surface, times the chord's length. Each round
     divides the edges that cost most, and looks at those that are new.
     """
-    onto = {half: _other_half(other, half) for half in HALVES}
+    grounds = {piece: _ground(other, piece) for piece in PIECES}
     limit = TOLERANCE * other.dissection.surface.diagonal
     n_before = len(brain.dissection.surface.vertices)
     most = int((1 + MOST_GROWTH) * n_before)
+    on_caps = _places_on_caps(brain, other)
     lifted = np.zeros((n_before, 3))
-    for half in HALVES:
-        own = brain.halves[half]
-        lifted[own.vertex_of] = onto[half].lift(own, own.flat.uv)[0]
-    edges = _far_edges(0, brain, onto, lifted, limit)
+    for sheet in _sheets(brain, on_caps):
+        lifted[sheet.vertex_of] = grounds[sheet.piece].lift(sheet.places)[0]
+    edges = _far_edges(0, _sheets(brain, on_caps), grounds, lifted, limit)
     for number in range(ROUNDS):
         report(number / ROUNDS, "matching detail")
         n = len(lifted)
@@ -64,42 +65,83 @@ def match_detail(brain: FlatBrain, other: FlatBrain, report: Report) -> FlatBrai
         chosen = chosen[np.argsort(edges.ends[chosen] @ [n, 1])]
         divided = divide(brain, edges.ends[chosen])
         brain = divided.brain
-        lifted = np.concatenate([lifted, edges.middles[chosen[divided.is_divided]]])
-        edges = edges.without(chosen).joined(_far_edges(n, brain, onto, lifted, limit))
+        done = chosen[divided.is_divided]
+        lifted = np.concatenate([lifted, edges.middles[done]])
+        ends = edges.ends[done]
+        on_caps = np.concatenate([on_caps, (on_caps[ends[:, 0]] + on_caps[ends[:, 1]]) / 2])
+        new = _far_edges(n, _sheets(brain, on_caps), grounds, lifted, limit)
+        edges = edges.without(chosen).joined(new)
     return brain
 
 
 @dataclass(frozen=True, eq=False)
-class _OtherHalf:
-    """A half of the other brain, and what lifting places to its surface needs."""
+class _Ground:
+    """A piece of the other brain: what lifts flat places to its surface."""
 
-    half: FlatHalf
     grid: TriangleGrid
-    table: Floats  # see `lift_table`
-    normals: Floats  # (m, 3), unit, of its faces
+    is_strip: bool
+    corners: Floats  # (m, 3, 3), of its faces, micrometres
+    normals: Floats  # (m, 3), unit
 
-    def lift(self, own: FlatHalf, uv: Floats) -> tuple[Floats, Integers]:
-        """Return the (k, 3) points at (k, 2) places of another brain's half, and the faces there."""
-        beta = np.clip(own.law.beta(uv[:, 1]), 0.0, 1.0)
-        places = np.stack([uv[:, 0], self.half.law.v(beta)], axis=1)
-        points, rows = np.zeros((len(uv), 3)), np.arange(len(uv))
-        faces = lift_into(points, rows, places, self.half.name, self.grid, self.table, None)
-        return points, faces
+    def lift(self, places: Floats) -> tuple[Floats, Integers]:
+        """Return the (k, 3) points at (k, 2) flat places, and the faces there."""
+        places = once_around(places) if self.is_strip else places
+        face, barycentric = find_triangles(self.grid, places)
+        return np.einsum("ij,ijk->ik", barycentric, self.corners[face]), face
 
 
-def _other_half(brain: FlatBrain, name: HalfName) -> _OtherHalf:
-    half, surface = brain.halves[name], brain.dissection.surface
-    grid = strip_grid(half.flat)
-    normals = surface.face_normals[brain.dissection.piece_of_face == PIECES.index(name)]
-    size = np.maximum(_lengths(normals), np.finfo(float).tiny)
-    return _OtherHalf(
-        half, grid, lift_table(half, grid, surface.vertices), normals / size[:, np.newaxis]
-    )
+def _ground(brain: FlatBrain, piece: str) -> _Ground:
+    surface = brain.dissection.surface
+    half = next((brain.halves[half] for half in HALVES if half == piece), None)
+    if half is not None:
+        grid = strip_grid(half.flat)
+    else:
+        cap = next(cap for cap in _caps(brain) if f"{cap.side} cap" == piece)
+        grid = cap_grid(cap, lay_cap_flat(cap, rim_circle(cap.side, brain.curves)))
+    normals = surface.face_normals[brain.dissection.piece_of_face == PIECES.index(piece)]
+    size = np.maximum(_lengths(normals), np.finfo(float).tiny)[:, np.newaxis]
+    corners = surface.vertices[brain.dissection.faces_of(piece)]
+    return _Ground(grid, half is not None, corners, normals / size)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sheet:
+    """A piece of the brain laid flat on the other one's."""
+
+    piece: str
+    vertex_of: Integers  # (k,)
+    springs: Springs
+    places: Floats  # (k, 2)
+
+
+def _sheets(brain: FlatBrain, on_caps: Floats) -> list[_Sheet]:
+    """Return both halves, then both caps."""
+    halves = [brain.halves[half] for half in HALVES]
+    return [
+        *(_Sheet(own.name, own.vertex_of, own.springs, own.flat.uv) for own in halves),
+        *(
+            _Sheet(f"{cap.side} cap", cap.vertex_of, cap.springs, on_caps[cap.vertex_of])
+            for cap in _caps(brain)
+        ),
+    ]
+
+
+def _caps(brain: FlatBrain) -> tuple[Cap, Cap]:
+    return find_caps(brain.dissection, brain.curves, brain.added)
+
+
+def _places_on_caps(brain: FlatBrain, other: FlatBrain) -> Floats:
+    """Return (n, 2) where the vertices of a brain's caps lie on the other one's, laid flat."""
+    shares = {key: curve.share for key, curve in brain.curves.items()}
+    places = np.zeros((len(brain.dissection.surface.vertices), 2))
+    for cap in _caps(brain):
+        places[cap.vertex_of] = lay_cap_flat(cap, rim_places(cap.side, shares, other.curves))
+    return places
 
 
 @dataclass(frozen=True, eq=False)
 class _Edges:
-    """Edges of both halves, each once, that do not fit the other surface."""
+    """Edges, each once, that do not fit the other surface."""
 
     ends: Integers  # (e, 2), lower vertex first
     middles: Floats  # (e, 3), where their middles come to lie on the other surface
@@ -126,8 +168,8 @@ class _Edges:
 
 def _far_edges(
     first_new: int,
-    brain: FlatBrain,
-    onto: Mapping[HalfName, _OtherHalf],
+    sheets: list[_Sheet],
+    grounds: Mapping[str, _Ground],
     lifted: Floats,
     limit: float,
 ) -> _Edges:
@@ -136,31 +178,31 @@ def _far_edges(
     Parameters
     ----------
     lifted : (n, 3) float
-        Where all vertices of the halves come to lie on the other surface.
+        Where all vertices come to lie on the other surface.
     """
-    parts = []
-    is_done = np.zeros(len(lifted), dtype=bool)
-    for name in HALVES:
-        own = brain.halves[name]
-        new = np.flatnonzero(own.springs.edges[:, 1] >= np.searchsorted(own.vertex_of, first_new))
-        ends = own.vertex_of[own.springs.edges[new]]
-        # an edge across a half does not join its boundaries: with both ends in both it is on a seam
-        is_seen = is_done[ends[:, 0]] & is_done[ends[:, 1]]
-        is_done[own.vertex_of] = True
+    found = []
+    sheet_of = np.zeros(len(lifted), dtype=np.int64)  # bit by bit
+    for number, sheet in enumerate(sheets):
+        edges = sheet.springs.edges
+        new = np.flatnonzero(edges[:, 1] >= np.searchsorted(sheet.vertex_of, first_new))
+        ends = sheet.vertex_of[edges[new]]
+        # an edge across a piece does not join its boundary: with both ends in another one, it is seen
+        is_seen = (sheet_of[ends[:, 0]] & sheet_of[ends[:, 1]]) > 0
+        sheet_of[sheet.vertex_of] |= 1 << number
         new, ends = new[~is_seen], ends[~is_seen]
-        first, second = own.springs.edges[new].T
-        uv = (own.flat.uv[first] + own.flat.uv[second]) / 2
-        uv[:, 0] += own.springs.jumps[new] / 2
-        middles, face = onto[name].lift(own, uv)
+        first, second = edges[new].T
+        middles = (sheet.places[first] + sheet.places[second]) / 2
+        middles[:, 0] += sheet.springs.jumps[new] / 2
+        points, face = grounds[sheet.piece].lift(middles)
         start, end = lifted[ends[:, 0]], lifted[ends[:, 1]]
-        off = middles - (start + end) / 2
-        across = np.abs(np.einsum("ij,ij->i", off, onto[name].normals[face]))
+        off = points - (start + end) / 2
+        across = np.abs(np.einsum("ij,ij->i", off, grounds[sheet.piece].normals[face]))
         along = np.sqrt(np.maximum(np.einsum("ij,ij->i", off, off) - across**2, 0.0))
         away = across + ALONG * along
         far = np.flatnonzero(away > limit)
         cost = (away * _lengths(end - start))[far]
-        parts.append(_Edges(ends[far], middles[far], cost))
-    return parts[0].joined(parts[1])
+        found.append(_Edges(ends[far], points[far], cost))
+    return reduce(_Edges.joined, found)
 
 
 def _lengths(vectors: Floats) -> Floats:

@@ -389,7 +389,7 @@ def _prepared(
 ) -> PreparedBrain:
     report(1.0, "prepared")
     return PreparedBrain(
-        brain, raw, torus, simplified, flat, find_caps(flat.dissection, flat.curves)
+        brain, raw, torus, simplified, flat, find_caps(flat.dissection, flat.curves, flat.added)
     )
 
 
@@ -416,7 +416,7 @@ def _matched_in_detail(brain: PreparedBrain, other: FlatBrain, report: Report) -
     flat = match_detail(brain.flat, other, report)
     if flat is brain.flat:
         return brain
-    return replace(brain, flat=flat, caps=find_caps(flat.dissection, flat.curves))
+    return replace(brain, flat=flat, caps=find_caps(flat.dissection, flat.curves, flat.added))
 
 
 def _suggest(pair: Pair, per_half: int, report: Report) -> tuple[LandmarkPair, ...]:

@@ -83,7 +83,7 @@ def _inner_places(brain: FlatBrain, name: HalfName, count: int) -> Integers:
     """
     half = brain.halves[name]
     inner = half.vertex_of[~half.is_boundary]
-    inner = inner[inner < len(brain.dissection.surface.vertices) - brain.n_added]
+    inner = inner[inner < len(brain.dissection.surface.vertices) - len(brain.added)]
     if count == 0:
         return inner[:0]
     return np.asarray(inner[spread_out(brain.dissection.surface.vertices[inner], count)])
