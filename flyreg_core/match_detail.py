@@ -52,9 +52,10 @@ def match_detail(brain: FlatBrain, other: FlatBrain, report: Report) -> FlatBrai
     most = int((1 + MOST_GROWTH) * n_before)
     on_caps = _places_on_caps(brain, other)
     lifted = np.zeros((n_before, 3))
-    for sheet in _sheets(brain, on_caps):
+    sheets = _sheets(brain, on_caps)
+    for sheet in sheets:
         lifted[sheet.vertex_of] = grounds[sheet.piece].lift(sheet.places)[0]
-    edges = _far_edges(0, _sheets(brain, on_caps), grounds, lifted, limit)
+    edges = _far_edges(0, sheets, grounds, lifted, limit)
     for number in range(ROUNDS):
         report(number / ROUNDS, "matching detail")
         n = len(lifted)
