@@ -18,6 +18,7 @@ two halves               cut, relabel            surface -> two rings and two ca
 five named curves        boundary                rings -> upper, lower, left, right, hole
 flat                     flatten, halves         ring -> strip, shown as a rectangle with a hole
 laid over                lay_over                flat source -> flat source that lies as the target
+detail                   match_detail, divide    flat brains -> more faces where each needs them
 landmark pairs           correspondence,         curves, shape and the user's pairs -> places in
                          suggestions             the plane
 weighted spline          thin_plate_spline,      places, weights, lambda -> map of the plane;

@@ -18,6 +18,9 @@ from flyreg_core.locate import TriangleGrid, build_grid, find_triangles
 from flyreg_core.mesh import Floats, Integers
 from flyreg_core.topology import compacted, unique_edges
 
+ACROSS = 1e-3
+"""Weight of a spring across a face that was divided, against 1 of its sides."""
+
 
 @dataclass(frozen=True, eq=False)
 class Cap:
@@ -39,16 +42,44 @@ class Cap:
         return inner, splu(system.tocsc()), rows[:, self.rim]
 
 
-def find_caps(dissection: Dissection, curves: Mapping[CurveKey, Curve]) -> tuple[Cap, Cap]:
-    """Return the right and the left cap."""
+def find_caps(
+    dissection: Dissection, curves: Mapping[CurveKey, Curve], added: Integers | None = None
+) -> tuple[Cap, Cap]:
+    """Return the right and the left cap.
+
+    Parameters
+    ----------
+    added : (k, 2) int, optional
+        The edges that the last vertices of the surface divide. They leave the rest where it lies
+        flat, and lie in the middle of their edges, but for a thousandth.
+    """
     caps = []
     for side in ("right", "left"):
         faces, vertex_of = compacted(dissection.faces_of(f"{side} cap"))
         rim = _around(side, {key: curve.vertices for key, curve in curves.items()})
         edges, _ = unique_edges(faces)
-        springs = Springs(edges, np.zeros(len(edges), dtype=np.int64), np.ones(len(edges)))
+        weights = np.ones(len(edges))
+        if added is not None:
+            weights = _weights(vertex_of[edges], len(dissection.surface.vertices), added)
+        springs = Springs(edges, np.zeros(len(edges), dtype=np.int64), weights)
         caps.append(Cap(side, vertex_of, faces, springs, np.searchsorted(vertex_of, rim)))
     return caps[0], caps[1]
+
+
+def _weights(edges: Integers, n_vertices: int, added: Integers) -> Floats:
+    """Return (e,) how strong the springs along edges are if those of whole edges are 1.
+
+    The parts of an edge are twice as strong as it was, as springs are.
+    """
+    weights = np.ones(len(edges))
+    low, high = edges.T.copy()
+    first = n_vertices - len(added)
+    while len(new := np.flatnonzero(high >= first)):
+        ends = added[high[new] - first]
+        is_part = (ends == low[new, np.newaxis]).any(axis=1)
+        weights[new] *= np.where(is_part, 2.0, ACROSS)
+        low[new], high[new] = ends.T
+    return weights
 
 
 def lay_cap_flat(cap: Cap, rim_places: Floats) -> Floats:
@@ -69,6 +100,28 @@ def rim_circle(side: CurveName, curves: Mapping[CurveKey, Curve]) -> Floats:
     angle = np.concatenate([anterior[:-1], 2 * np.pi - posterior[::-1][:-1]])
     turn = 1 if side == "left" else -1
     return np.stack([np.cos(angle), turn * np.sin(angle)], axis=1)
+
+
+def rim_places(
+    side: CurveName, mapped: Mapping[CurveKey, Floats], target_curves: Mapping[CurveKey, Curve]
+) -> Floats:
+    """Return the (b, 2) places of a rim whose vertices go to shares of the target's, laid flat there."""
+    rim = []
+    for half in ("anterior", "posterior"):
+        angle = np.pi * target_curves[side, half].share
+        on_circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        share = mapped[side, half]
+        rim.append(
+            np.stack(
+                [
+                    np.interp(share, target_curves[side, half].share, on_circle[:, i])
+                    for i in (0, 1)
+                ],
+                axis=1,
+            )
+        )
+    turn = 1 if side == "left" else -1
+    return np.asarray(np.concatenate([rim[0][:-1], (rim[1] * [1, -1])[::-1][:-1]]) * [1, turn])
 
 
 def cap_grid(cap: Cap, flat: Floats) -> TriangleGrid:
@@ -94,23 +147,7 @@ def carry_cap(
     target_points : (n, 3) float
         Vertices of the whole target surface.
     """
-    rim = []
-    for half in ("anterior", "posterior"):
-        angle = np.pi * target_curves[cap.side, half].share
-        on_circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        share = mapped[cap.side, half]
-        rim.append(
-            np.stack(
-                [
-                    np.interp(share, target_curves[cap.side, half].share, on_circle[:, i])
-                    for i in (0, 1)
-                ],
-                axis=1,
-            )
-        )
-    turn = 1 if cap.side == "left" else -1
-    places = np.concatenate([rim[0][:-1], (rim[1] * [1, -1])[::-1][:-1]]) * [1, turn]
-    flat = lay_cap_flat(cap, places)
+    flat = lay_cap_flat(cap, rim_places(cap.side, mapped, target_curves))
     face, barycentric = find_triangles(target_grid, flat)
     corners = target_points[target.vertex_of[target.faces[face]]]
     return np.einsum("ij,ijk->ik", barycentric, corners), flat

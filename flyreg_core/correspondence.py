@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -40,6 +40,8 @@ class FlatBrain:
     frame: BrainFrame
     curves: Mapping[CurveKey, Curve]
     halves: Mapping[HalfName, FlatHalf]
+    added: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    """(k, 2) the edges that the last k vertices of the surface divide, each whole till then."""
 
     @cached_property
     def normals(self) -> Floats:

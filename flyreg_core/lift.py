@@ -104,7 +104,7 @@ def find_ends(landmarks: tuple[PlacedLandmark, ...]) -> LandmarkEnds:
 
 def build_locators(target: FlatBrain) -> Locators:
     """Return the locators of both halves and both caps of the target."""
-    caps = find_caps(target.dissection, target.curves)
+    caps = find_caps(target.dissection, target.curves, target.added)
     grids = [cap_grid(cap, lay_cap_flat(cap, rim_circle(cap.side, target.curves))) for cap in caps]
     halves = {half: strip_grid(target.halves[half].flat) for half in HALVES}
     points = target.dissection.surface.vertices

@@ -35,6 +35,7 @@ from flyreg_core.landmarks import (
 from flyreg_core.lay_over import lay_over
 from flyreg_core.lift import Locators, Registration, build_locators, register
 from flyreg_core.live_spline import LiveSpline
+from flyreg_core.match_detail import match_detail
 from flyreg_core.matching import CarriedCut, Match, match_to_target, share_of_pockets, who_decides
 from flyreg_core.memo import Memo
 from flyreg_core.mesh import Floats, SurfaceMesh
@@ -80,6 +81,7 @@ class Pipeline:
         self._flatten = Memo("flatten", _flatten, capacity=6)
         self._prepared = Memo("prepared", _prepared, capacity=6)
         self._lay_over = Memo("laying over", _lay_over, capacity=6)
+        self._match_detail = Memo("matching detail", _match_detail, capacity=6)
         self._suggest = Memo("suggestions", _suggest, capacity=2)
         self._boundary = Memo("boundary landmarks", _boundary_pairs)
         self._place = Memo("landmarks", self._placed)
@@ -193,7 +195,8 @@ class Pipeline:
         if source_brain != target_brain:
             source = self.prepare(source_brain, within(report, 0.65, 0.95), match)
         if to_target is not None:
-            source = self._lay_over(source, target, to_target, report=within(report, 0.95, 1.0))
+            source = self._lay_over(source, target, to_target, report=within(report, 0.95, 0.98))
+            source, target = self._match_detail(source, target, report=within(report, 0.98, 1.0))
         return Pair(source, target, alignment, to_target)
 
     @on_one_thread
@@ -385,7 +388,7 @@ def _prepared(
 ) -> PreparedBrain:
     report(1.0, "prepared")
     return PreparedBrain(
-        brain, raw, torus, simplified, flat, find_caps(flat.dissection, flat.curves)
+        brain, raw, torus, simplified, flat, find_caps(flat.dissection, flat.curves, flat.added)
     )
 
 
@@ -393,6 +396,26 @@ def _lay_over(
     source: PreparedBrain, target: PreparedBrain, to_target: ShapeMap, report: Report
 ) -> PreparedBrain:
     return replace(source, flat=lay_over(source.flat, target.flat, to_target, report))
+
+
+def _match_detail(
+    source: PreparedBrain, target: PreparedBrain, report: Report
+) -> tuple[PreparedBrain, PreparedBrain]:
+    """Return both brains with faces divided where the other one is more detailed."""
+    return (
+        _matched_in_detail(source, target.flat, within(report, 0.0, 0.5)),
+        _matched_in_detail(target, source.flat, within(report, 0.5, 1.0)),
+    )
+
+
+def _matched_in_detail(brain: PreparedBrain, other: FlatBrain, report: Report) -> PreparedBrain:
+    """Return a brain with faces divided, unless the user has said how many vertices it has."""
+    if brain.brain.simplify.vertices is not None:
+        return brain
+    flat = match_detail(brain.flat, other, report)
+    if flat is brain.flat:
+        return brain
+    return replace(brain, flat=flat, caps=find_caps(flat.dissection, flat.curves, flat.added))
 
 
 def _suggest(pair: Pair, per_half: int, report: Report) -> tuple[LandmarkPair, ...]:

@@ -66,20 +66,32 @@ def _split(faces: Integers, edges: Integers, share: Floats) -> Refinement:
     key = edges[:, 0] * n + edges[:, 1]
     order = np.argsort(key)
     key, edges, share = key[order], edges[order], share[order]
-    side_key = side_keys(faces, n)
+    near = _with_an_edge_among(faces, edges)
+    side_key = side_keys(faces[near], n)
     place = np.searchsorted(key, side_key)
     is_split = np.zeros(side_key.shape, dtype=bool)
     if len(key):
         is_split = key[np.minimum(place, len(key) - 1)] == side_key
     new_vertex = np.where(is_split, n + place, -1)
-    whole = np.flatnonzero(~is_split.any(axis=1))
+    count_split = is_split.sum(axis=1)
+    is_whole = np.ones(len(faces), dtype=bool)
+    is_whole[near[count_split > 0]] = False
+    whole = np.flatnonzero(is_whole)
     pieces, parents = [faces[whole]], [whole]
     for count, divide in ((1, _halves), (2, _corner_and_rest)):
-        chosen = np.flatnonzero(is_split.sum(axis=1) == count)
-        for part in divide(faces[chosen], new_vertex[chosen]):
+        chosen = np.flatnonzero(count_split == count)
+        for part in divide(faces[near[chosen]], new_vertex[chosen]):
             pieces.append(part)
-            parents.append(chosen)
+            parents.append(near[chosen])
     return Refinement(np.concatenate(pieces), np.concatenate(parents), edges, share)
+
+
+def _with_an_edge_among(faces: Integers, edges: Integers) -> Integers:
+    """Return the faces that may have one of the edges: at least two of their vertices end edges."""
+    is_end = np.zeros(int(faces.max()) + 1, dtype=bool)
+    is_end[edges] = True
+    first, second, third = is_end[faces].T
+    return np.flatnonzero((first & second) | (second & third) | (third & first))
 
 
 def side_keys(faces: Integers, n_vertices: int) -> Integers:

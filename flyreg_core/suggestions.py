@@ -77,9 +77,13 @@ def _suggest_in(
 
 
 def _inner_places(brain: FlatBrain, name: HalfName, count: int) -> Integers:
-    """Return vertices spread evenly over a half, none on its boundaries."""
+    """Return vertices spread evenly over a half, none on its boundaries.
+
+    They are the same ones however edges were divided.
+    """
     half = brain.halves[name]
     inner = half.vertex_of[~half.is_boundary]
+    inner = inner[inner < len(brain.dissection.surface.vertices) - len(brain.added)]
     if count == 0:
         return inner[:0]
     return np.asarray(inner[spread_out(brain.dissection.surface.vertices[inner], count)])

@@ -141,8 +141,15 @@ def transform_points(
 def _usual_departure(
     start: SurfaceMesh, end: SurfaceMesh, to_end: Callable[[Floats], Floats]
 ) -> float:
-    """Return the root mean square distance from where a map takes a surface to where it went."""
+    """Return the root mean square distance from where a map takes a surface to where it went.
+
+    Vertices count as much as the area around them, as they are more where there is more detail.
+    """
     step = max(len(start.vertices) // SAMPLES, 1)
     away = end.vertices[::step] - to_end(start.vertices[::step])
-    mean_square = float((away**2).sum(axis=1).mean())
+    areas = np.bincount(
+        start.faces.reshape(-1), np.repeat(start.face_areas, 3), len(start.vertices)
+    )
+    weights = areas[::step] / max(areas[::step].sum(), np.finfo(float).tiny)
+    mean_square = float(weights @ (away**2).sum(axis=1))
     return max(float(np.sqrt(mean_square)), np.finfo(float).tiny)

@@ -14,7 +14,7 @@ from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers
 from flyreg_core.orientation import UNDECIDED, face_orientations, sign_of_triangle
 from flyreg_core.progress import Report
 
-RELAXATIONS = 100
+RELAXATIONS = 400
 """How often vertices of flipped faces move before more of them are freed."""
 
 AT_ONCE = 20

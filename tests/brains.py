@@ -85,7 +85,7 @@ def register_pair(
     landmarks = place_landmarks(source.flat, target.flat, pairs)
     splines = fit_splines(landmarks, smoothing)
     places = {half: splines[half](source.flat.halves[half].plane) for half in HALVES}
-    caps = find_caps(source.flat.dissection, source.flat.curves)
+    caps = find_caps(source.flat.dissection, source.flat.curves, source.flat.added)
     locators = build_locators(target.flat)
     return register(
         source.flat, caps, target.flat, locators, places, find_ends(landmarks), progress.ignore

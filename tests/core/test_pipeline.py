@@ -89,7 +89,7 @@ def test_the_bar_does_not_begin_anew_when_the_brains_are_prepared(pipeline, resu
         ),
         (
             lambda p: edits.set_brain(p, "source", replace(p.source, cut=CutParameters(3.0))),
-            {"cut", "flatten", "prepared", "matching", "laying over", "locators"}
+            {"cut", "flatten", "prepared", "matching", "laying over", "matching detail", "locators"}
             | LANDMARKS
             | AFTER_SPLINE,
         ),
@@ -98,14 +98,14 @@ def test_the_bar_does_not_begin_anew_when_the_brains_are_prepared(pipeline, resu
                 p, "source", replace(p.source, handles=HandleParameters(hole=(0.0, 35.0, 10.0)))
             ),
             {"torus", "simplify", "smooth", "cut", "flatten", "prepared", "alignment"}
-            | {"shape map", "matching", "laying over", "locators"}
+            | {"shape map", "matching", "laying over", "matching detail", "locators"}
             | LANDMARKS
             | AFTER_SPLINE,
         ),
         (
             lambda p: edits.set_brain(p, "target", replace(p.target, smooth=SmoothParameters(50))),
-            {"smooth", "cut", "flatten", "prepared", "laying over", "locators"}
-            | LANDMARKS - {"live splines"}
+            {"smooth", "cut", "flatten", "prepared", "laying over", "matching detail", "locators"}
+            | LANDMARKS
             | AFTER_SPLINE,
         ),
     ],

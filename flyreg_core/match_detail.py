@@ -1,0 +1,226 @@
+"""Stage 5c: the faces of each brain divided where the other one is more detailed.
+
+A face of the source spans in one plane what may be a furrow of the target: its corners come to lie
+on the target, its middle does not. Dividing it changes neither the source's surface nor how its
+halves lie flat, and lets the new vertices follow the target too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+
+from flyreg_core.caps import Cap, cap_grid, find_caps, lay_cap_flat, rim_circle, rim_places
+from flyreg_core.correspondence import FlatBrain
+from flyreg_core.cut import PIECES
+from flyreg_core.divide import divide
+from flyreg_core.flatten import Springs
+from flyreg_core.landmarks import HALVES
+from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid
+from flyreg_core.mesh import Booleans, Floats, Integers
+from flyreg_core.progress import Report
+from flyreg_core.refine import side_keys
+
+TOLERANCE = 1e-4
+"""An edge may leave the other surface by this share of its diagonal before it is divided."""
+MOST_GROWTH = 0.5
+"""So many vertices are added at most, as a share of those there are: the worst edges first."""
+ROUNDS = 5
+ALONG = 0.3
+"""What the middle of an edge is off along the other surface counts so much, against 1 across it."""
+
+
+def match_detail(brain: FlatBrain, other: FlatBrain, report: Report) -> FlatBrain:
+    """Return a flat brain with edges divided where they leave the other brain's surface.
+
+    Both brains lie flat on the same strips, so that the same anatomy is in one place. A brain that
+    nowhere leaves the other one is returned as it is.
+
+    Notes
+    -----
+    The middle of an edge, of a curve or a trim cap too, is lifted to the other surface, and so are
+    its ends: their chord is what the registered surface has there. What an edge costs is how far
+    its middle lies off the chord, mainly across the surface, times the chord's length. Each round
+    divides the edges that cost most, and looks at those that are new.
+    """
+    grounds = {piece: _ground(other, piece) for piece in PIECES}
+    limit = TOLERANCE * other.dissection.surface.diagonal
+    n_before = len(brain.dissection.surface.vertices)
+    most = int((1 + MOST_GROWTH) * n_before)
+    on_caps = _places_on_caps(brain, other)
+    lifted = np.zeros((n_before, 3))
+    sheets = _sheets(brain, on_caps)
+    for sheet in sheets:
+        lifted[sheet.vertex_of] = grounds[sheet.piece].lift(sheet.places)[0]
+    edges = _far_edges(0, sheets, grounds, lifted, limit)
+    for number in range(ROUNDS):
+        report(number / ROUNDS, "matching detail")
+        n = len(lifted)
+        chosen = edges.worst((most - n) // (ROUNDS - number))
+        chosen = chosen[_at_most_two_a_face(brain.dissection.surface.faces, edges.ends[chosen])]
+        if not len(chosen):
+            break
+        chosen = chosen[np.argsort(edges.ends[chosen] @ [n, 1])]
+        divided = divide(brain, edges.ends[chosen])
+        brain = divided.brain
+        done = chosen[divided.is_divided]
+        lifted = np.concatenate([lifted, edges.middles[done]])
+        ends = edges.ends[done]
+        on_caps = np.concatenate([on_caps, (on_caps[ends[:, 0]] + on_caps[ends[:, 1]]) / 2])
+        new = _far_edges(n, _sheets(brain, on_caps), grounds, lifted, limit)
+        edges = edges.without(chosen).joined(new)
+    return brain
+
+
+@dataclass(frozen=True, eq=False)
+class _Ground:
+    """A piece of the other brain: what lifts flat places to its surface."""
+
+    grid: TriangleGrid
+    is_strip: bool
+    corners: Floats  # (m, 3, 3), of its faces, micrometres
+    normals: Floats  # (m, 3), unit
+
+    def lift(self, places: Floats) -> tuple[Floats, Integers]:
+        """Return the (k, 3) points at (k, 2) flat places, and the faces there."""
+        places = once_around(places) if self.is_strip else places
+        face, barycentric = find_triangles(self.grid, places)
+        return np.einsum("ij,ijk->ik", barycentric, self.corners[face]), face
+
+
+def _ground(brain: FlatBrain, piece: str) -> _Ground:
+    surface = brain.dissection.surface
+    half = next((brain.halves[half] for half in HALVES if half == piece), None)
+    if half is not None:
+        grid = strip_grid(half.flat)
+    else:
+        cap = next(cap for cap in _caps(brain) if f"{cap.side} cap" == piece)
+        grid = cap_grid(cap, lay_cap_flat(cap, rim_circle(cap.side, brain.curves)))
+    normals = surface.face_normals[brain.dissection.piece_of_face == PIECES.index(piece)]
+    size = np.maximum(_lengths(normals), np.finfo(float).tiny)[:, np.newaxis]
+    corners = surface.vertices[brain.dissection.faces_of(piece)]
+    return _Ground(grid, half is not None, corners, normals / size)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sheet:
+    """A piece of the brain laid flat on the other one's."""
+
+    piece: str
+    vertex_of: Integers  # (k,)
+    springs: Springs
+    places: Floats  # (k, 2)
+
+
+def _sheets(brain: FlatBrain, on_caps: Floats) -> list[_Sheet]:
+    """Return both halves, then both caps."""
+    halves = [brain.halves[half] for half in HALVES]
+    return [
+        *(_Sheet(own.name, own.vertex_of, own.springs, own.flat.uv) for own in halves),
+        *(
+            _Sheet(f"{cap.side} cap", cap.vertex_of, cap.springs, on_caps[cap.vertex_of])
+            for cap in _caps(brain)
+        ),
+    ]
+
+
+def _caps(brain: FlatBrain) -> tuple[Cap, Cap]:
+    return find_caps(brain.dissection, brain.curves, brain.added)
+
+
+def _places_on_caps(brain: FlatBrain, other: FlatBrain) -> Floats:
+    """Return (n, 2) where the vertices of a brain's caps lie on the other one's, laid flat."""
+    shares = {key: curve.share for key, curve in brain.curves.items()}
+    places = np.zeros((len(brain.dissection.surface.vertices), 2))
+    for cap in _caps(brain):
+        places[cap.vertex_of] = lay_cap_flat(cap, rim_places(cap.side, shares, other.curves))
+    return places
+
+
+@dataclass(frozen=True, eq=False)
+class _Edges:
+    """Edges, each once, that do not fit the other surface."""
+
+    ends: Integers  # (e, 2), lower vertex first
+    middles: Floats  # (e, 3), where their middles come to lie on the other surface
+    cost: Floats  # (e,), how far that is off the chord of their ends, times its length
+
+    def worst(self, most: int) -> Integers:
+        """Return the numbers of up to so many edges that cost most, by falling cost."""
+        return np.argsort(-self.cost, kind="stable")[: max(most, 0)]
+
+    def without(self, chosen: Integers) -> _Edges:
+        """Return all edges but some."""
+        kept = np.ones(len(self.ends), dtype=bool)
+        kept[chosen] = False
+        return _Edges(self.ends[kept], self.middles[kept], self.cost[kept])
+
+    def joined(self, others: _Edges) -> _Edges:
+        """Return these edges and others."""
+        return _Edges(
+            np.concatenate([self.ends, others.ends]),
+            np.concatenate([self.middles, others.middles]),
+            np.concatenate([self.cost, others.cost]),
+        )
+
+
+def _far_edges(
+    first_new: int,
+    sheets: list[_Sheet],
+    grounds: Mapping[str, _Ground],
+    lifted: Floats,
+    limit: float,
+) -> _Edges:
+    """Return those edges that end in a vertex from a number on and are farther off than a limit.
+
+    Parameters
+    ----------
+    lifted : (n, 3) float
+        Where all vertices come to lie on the other surface.
+    """
+    found = []
+    sheet_of = np.zeros(len(lifted), dtype=np.int64)  # bit by bit
+    for number, sheet in enumerate(sheets):
+        edges = sheet.springs.edges
+        new = np.flatnonzero(edges[:, 1] >= np.searchsorted(sheet.vertex_of, first_new))
+        ends = sheet.vertex_of[edges[new]]
+        # an edge across a piece does not join its boundary: with both ends in another one, it is seen
+        is_seen = (sheet_of[ends[:, 0]] & sheet_of[ends[:, 1]]) > 0
+        sheet_of[sheet.vertex_of] |= 1 << number
+        new, ends = new[~is_seen], ends[~is_seen]
+        first, second = edges[new].T
+        middles = (sheet.places[first] + sheet.places[second]) / 2
+        middles[:, 0] += sheet.springs.jumps[new] / 2
+        points, face = grounds[sheet.piece].lift(middles)
+        start, end = lifted[ends[:, 0]], lifted[ends[:, 1]]
+        off = points - (start + end) / 2
+        across = np.abs(np.einsum("ij,ij->i", off, grounds[sheet.piece].normals[face]))
+        along = np.sqrt(np.maximum(np.einsum("ij,ij->i", off, off) - across**2, 0.0))
+        away = across + ALONG * along
+        far = np.flatnonzero(away > limit)
+        cost = (away * _lengths(end - start))[far]
+        found.append(_Edges(ends[far], points[far], cost))
+    return reduce(_Edges.joined, found)
+
+
+def _lengths(vectors: Floats) -> Floats:
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
+
+
+def _at_most_two_a_face(faces: Integers, edges: Integers) -> Booleans:
+    """Tell which edges are left if of each face with all three sides among them the last is left out."""
+    n = int(faces.max()) + 1
+    keys = edges @ [n, 1]
+    order = np.argsort(keys)
+    is_end = np.zeros(n, dtype=bool)
+    is_end[edges] = True
+    first, second, third = is_end[faces].T
+    sides = side_keys(faces[first & second & third], n)
+    place = order[np.minimum(np.searchsorted(keys, sides, sorter=order), len(keys) - 1)]
+    is_whole = (keys[place] == sides).all(axis=1)
+    kept = np.ones(len(edges), dtype=bool)
+    kept[place[is_whole].max(axis=1)] = False
+    return kept
