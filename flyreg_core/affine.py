@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flyreg_core.mesh import Floats
+from flyreg_core.mesh import Floats, SurfaceMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +62,18 @@ def fit_similarity(
     if is_scaled:
         matrix *= size @ signs / (share @ (spread**2).sum(axis=1))
     return AffineMap(matrix, goal - matrix @ middle)
+
+
+def best_affine(surface: SurfaceMesh, ends: Floats) -> AffineMap:
+    """Return the affine map that takes a surface closest to where its (n, 3) vertices went.
+
+    Vertices count as much as the area around them.
+    """
+    middle = surface.vertices.mean(axis=0)
+    known = np.column_stack([surface.vertices - middle, np.ones(len(ends))])
+    root = np.sqrt(surface.vertex_areas)[:, np.newaxis]
+    rows = np.linalg.lstsq(root * known, root * ends, rcond=None)[0]
+    return AffineMap(np.asarray(rows[:3].T), np.asarray(rows[3] - middle @ rows[:3]))
 
 
 def fit_affine(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flyreg_core.affine import AffineMap
+from flyreg_core.affine import AffineMap, best_affine
 from flyreg_core.apart import Done, Limits, run_apart
 from flyreg_core.cache import open_cache
 from flyreg_core.errors import FlyregError
@@ -244,14 +244,14 @@ class _Judge:
 
 def facing_outwards(source: SurfaceMesh, vertices: Floats) -> SurfaceMesh:
     """Return a source with moved vertices, its faces turned if that mirrored it as a whole."""
-    is_mirrored = best_affine(source.vertices, vertices).is_mirroring
+    is_mirrored = best_affine(source, vertices).is_mirroring
     return SurfaceMesh(vertices, source.faces[:, ::-1] if is_mirrored else source.faces)
 
 
 def folded_share(source: SurfaceMesh, moved: SurfaceMesh, target: SurfaceMesh) -> float:
-    """Return which share of the faces a method has folded over.
+    """Return which share of the source's area a method has folded over.
 
-    That are faces whose normal points against that of the target at the nearest place to their
+    That is the area of faces whose normal points against that of the target at the nearest place to their
     middle, and which were turned there: by more than a right angle from where the affine map
     nearest to the whole movement takes their normal. The first alone would count what merely lies
     badly, which a rigid move cannot help; the second alone, faces that rightly follow the target
@@ -262,17 +262,11 @@ def folded_share(source: SurfaceMesh, moved: SurfaceMesh, target: SurfaceMesh) -
     source, moved : SurfaceMesh
         With the same faces, or all of them turned if `moved` is mirrored: both seen from outside.
     """
-    overall = best_affine(source.vertices, moved.vertices)
+    overall = best_affine(source, moved.vertices)
     expected = source.face_normals @ np.linalg.inv(overall.matrix)
     is_turned = np.einsum("ij,ij->i", moved.face_normals, expected) < 0
     turned = np.flatnonzero(is_turned)
     middles = moved.vertices[moved.faces[turned]].mean(axis=1)
     below = target.face_normals[find_places(middles, target).face]
     is_against = np.einsum("ij,ij->i", moved.face_normals[turned], below) < 0
-    return float(is_against.sum() / len(moved.faces))
-
-
-def best_affine(start: Floats, end: Floats) -> AffineMap:
-    """Return the affine map that takes (n, 3) points closest to others."""
-    rows = np.linalg.lstsq(np.column_stack([start, np.ones(len(start))]), end)[0]
-    return AffineMap(np.asarray(rows[:3].T), np.asarray(rows[3]))
+    return float(source.face_areas[turned[is_against]].sum() / source.face_areas.sum())

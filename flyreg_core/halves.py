@@ -148,7 +148,7 @@ def lay_flat(
     )
     surface = SurfaceMesh(dissection.surface.vertices[vertex_of], faces)
     flat, springs = flatten(ring, surface.face_areas, parameters, report, surface.vertices)
-    law = radial_law(flat.uv[:, 1], _vertex_areas(surface))
+    law = radial_law(flat.uv[:, 1], surface.vertex_areas)
     return FlatHalf(half, vertex_of, flat, springs, law, outer, outer_share, hole, hole_share)
 
 
@@ -159,8 +159,3 @@ def along_outer(half: HalfName, values: Mapping[CurveKey, NDArray[T]]) -> NDArra
         part = values[curve_key(name, half)]
         parts.append((part if name in ("upper", "left") else part[::-1])[:-1])
     return np.concatenate(parts)
-
-
-def _vertex_areas(surface: SurfaceMesh) -> Floats:
-    area = np.repeat(surface.face_areas / 3, 3)
-    return np.asarray(np.bincount(surface.faces.reshape(-1), area, len(surface.vertices)), float)

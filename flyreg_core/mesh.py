@@ -50,6 +50,12 @@ class SurfaceMesh:
         return np.asarray(np.linalg.norm(self.face_normals, axis=1) / 2)
 
     @cached_property
+    def vertex_areas(self) -> Floats:
+        """(n,) areas around vertices, a third of that of their faces, square micrometres."""
+        areas = np.repeat(self.face_areas / 3, 3)
+        return np.asarray(np.bincount(self.faces.reshape(-1), areas, len(self.vertices)), float)
+
+    @cached_property
     def vertex_normals(self) -> Floats:
         """(n, 3) unit normals, area-weighted means of the faces around; 0 where there is no face."""
         return vertex_normals(self.vertices, self.faces)

@@ -147,9 +147,7 @@ def _usual_departure(
     """
     step = max(len(start.vertices) // SAMPLES, 1)
     away = end.vertices[::step] - to_end(start.vertices[::step])
-    areas = np.bincount(
-        start.faces.reshape(-1), np.repeat(start.face_areas, 3), len(start.vertices)
-    )
-    weights = areas[::step] / max(areas[::step].sum(), np.finfo(float).tiny)
+    areas = start.vertex_areas[::step]
+    weights = areas / max(areas.sum(), np.finfo(float).tiny)
     mean_square = float(weights @ (away**2).sum(axis=1))
     return max(float(np.sqrt(mean_square)), np.finfo(float).tiny)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
+from flyreg_core.affine import best_affine
 from flyreg_core.distortion import log_area_ratios, log_dilatations, to_vertices
 from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import Floats, SurfaceMesh
@@ -89,12 +90,6 @@ def summarize(values: Floats, areas: Floats, quantity: Quantity, within: float =
     return Summary(float(weights @ values), rms, p95, float(sizes.max()), low, high, edges, shares)
 
 
-def vertex_areas(surface: SurfaceMesh) -> Floats:
-    """Return the (n,) area around each vertex, a third of that of its faces, square micrometres."""
-    areas = np.repeat(surface.face_areas / 3, 3)
-    return np.asarray(np.bincount(surface.faces.reshape(-1), areas, len(surface.vertices)), float)
-
-
 def _distance(results: Results, report: Report) -> VertexValues:
     """Vertices lie on the target by construction: the middles of faces tell how far between."""
     moved, target = results.registration.surface, results.target.surface
@@ -110,10 +105,7 @@ def _displacement(results: Results, report: Report) -> VertexValues:
 
 def _beyond_affine(results: Results, report: Report) -> VertexValues:
     surface, moved = results.source.surface, results.registration.surface.vertices
-    middle = surface.vertices.mean(axis=0)
-    known = np.column_stack([surface.vertices - middle, np.ones(len(moved))])
-    root = np.sqrt(vertex_areas(surface))[:, None]
-    fitted = known @ np.linalg.lstsq(root * known, root * moved, rcond=None)[0]
+    fitted = best_affine(surface, moved)(surface.vertices)
     return VertexValues(np.asarray(np.linalg.norm(moved - fitted, axis=1)))
 
 

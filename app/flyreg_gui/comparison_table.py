@@ -21,7 +21,7 @@ COLUMNS: tuple[tuple[str, str, float, int, str], ...] = (
     ("RMS back", "target_to_source.rms_um", 1, 2, "The same, root mean square, µm"),
     ("TRE", "tre_mean_um", 1, 2, "Target registration error on the points, mean, µm"),
     ("TRE 95 %", "tre_p95_um", 1, 2, "95th percentile of the target registration error, µm"),
-    ("Folded %", "folded_share", 100, 3, "Share of the triangles that were folded over"),
+    ("Folded %", "folded_share", 100, 3, "Share of the source's area that was folded over"),
     ("s", "seconds", 1, 1, "Time, seconds; of flyreg from the files on"),
     ("MB", "peak_memory_mb", 1, 0, "Most memory of its process, megabytes"),
 )

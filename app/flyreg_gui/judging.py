@@ -22,7 +22,6 @@ from flyreg_core.vertex_quantities import (
     Summary,
     quantity_named,
     summarize,
-    vertex_areas,
 )
 from flyreg_gui.session import Session
 from flyreg_gui.theme import Color
@@ -180,7 +179,7 @@ def judge_by(quantity: Quantity, results: Results, report: Report) -> Judged:
     surfaces: dict[Role, SurfaceMesh] = {"source": results.source.surface, "target": target}
     found: dict[Role, Floats | None] = {"source": values.source, "target": values.target}
     known = {role: own for role, own in found.items() if own is not None}
-    areas = {"source": vertex_areas(moved), "target": vertex_areas(target)}
+    areas = {"source": moved.vertex_areas, "target": target.vertex_areas}
     high = max(summarize(own, areas[role], quantity).high for role, own in known.items())
     summaries = {
         role: summarize(own, areas[role], quantity, within=high) for role, own in known.items()

@@ -10,7 +10,7 @@ from flyreg_gui.judging import ORIGINS, PLAIN, judge_by
 from PySide6.QtCore import Qt
 
 from flyreg_core.progress import ignore
-from flyreg_core.vertex_quantities import QUANTITIES, quantity_named, vertex_areas
+from flyreg_core.vertex_quantities import QUANTITIES, quantity_named
 from tests.app.hands import LONG_MS, drag, drawn, press, settle
 from tests.app.test_window import slider_position
 
@@ -44,7 +44,7 @@ def test_the_seam_gap_shown_is_the_one_that_was_reported(results):
 
 def test_the_distance_shown_is_the_one_that_was_measured(results):
     values = quantity_named("distance").compute(results, ignore)
-    areas = vertex_areas(results.registration.surface)
+    areas = results.registration.surface.vertex_areas
     mean = float(values.source @ areas / areas.sum())
     assert mean == pytest.approx(results.distances.a_to_b.mean_um, rel=0.5)
     assert values.source.max() <= results.distances.a_to_b.hausdorff_um + 1e-6
