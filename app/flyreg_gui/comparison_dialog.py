@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QSize, Qt, QUrl, Signal
-from PySide6.QtGui import QCloseEvent, QDesktopServices, QIcon, QImage, QPixmap
+from PySide6.QtGui import QDesktopServices, QIcon, QImage, QPixmap
 from PySide6.QtWidgets import (
-    QDialog,
     QFileDialog,
     QHBoxLayout,
     QLabel,
@@ -35,6 +34,7 @@ from flyreg_gui.failures import sentence_for
 from flyreg_gui.points_chooser import PointsChooser
 from flyreg_gui.theme import css, current_theme
 from flyreg_gui.work import Work
+from flyreg_gui.working_dialog import WorkingDialog
 
 if TYPE_CHECKING:
     from flyreg_gui.main_window import MainWindow
@@ -48,7 +48,7 @@ ICON = QSize(216, 162)
 MOST_SECONDS, MOST_MEGABYTES = 36_000, 1_000_000
 
 
-class ComparisonDialog(QDialog):
+class ComparisonDialog(WorkingDialog):
     """Methods to tick, points to measure by; rows that fill as methods end; then the files."""
 
     _told = Signal(object)  # Row, from the thread that compares
@@ -58,7 +58,6 @@ class ComparisonDialog(QDialog):
         self.setWindowTitle("Compare with other methods")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self._window = window
-        self._work: Work | None = None
         self.answer: Answer | None = None
         self._page: Path | None = None  # of the answer, once it is written
         self.table = ComparisonTable()
@@ -246,24 +245,6 @@ class ComparisonDialog(QDialog):
             self.bar.setValue(0)
             self.bar.setFormat("%p %")
         self._on_ticked()
-
-    def _end(self) -> None:
-        """Stop what runs, with its processes."""
-        work, self._work = self._work, None
-        if work is not None:
-            work.close()
-            work.deleteLater()
-        self._show_busy(False)
-
-    def done(self, result: int) -> None:
-        """End the work whichever way the dialog is closed."""
-        self._end()
-        super().done(result)
-
-    def closeEvent(self, event: QCloseEvent) -> None:
-        """End the work when the window's frame is used to close."""
-        self._end()
-        super().closeEvent(event)
 
 
 class ComparisonCommand(QObject):

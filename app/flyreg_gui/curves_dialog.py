@@ -5,11 +5,9 @@ from __future__ import annotations
 from functools import partial
 
 from PySide6.QtCore import QByteArray, QSize, Qt
-from PySide6.QtGui import QCloseEvent
 from PySide6.QtSvgWidgets import QSvgWidget
 from PySide6.QtWidgets import (
     QComboBox,
-    QDialog,
     QHBoxLayout,
     QLabel,
     QProgressBar,
@@ -25,11 +23,12 @@ from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.failures import sentence_for
 from flyreg_gui.theme import css, current_theme
 from flyreg_gui.work import Work
+from flyreg_gui.working_dialog import WorkingDialog
 
 SIZE = QSize(1000, 464)
 
 
-class CurvesDialog(QDialog):
+class CurvesDialog(WorkingDialog):
     """Computes the curves of one brain at a time, and shows them with what is recommended."""
 
     def __init__(self, results: Results, parent: QWidget | None = None) -> None:
@@ -39,7 +38,6 @@ class CurvesDialog(QDialog):
         self.setModal(True)
         self._brains = {"Source": results.source, "Target": results.target}
         self._known: dict[str, DistortionCurves] = {}
-        self._work: Work | None = None
         self.brain = QComboBox()
         for role, prepared in self._brains.items():
             self.brain.addItem(f"{role}: {prepared.brain.input.name}", role)
@@ -124,24 +122,6 @@ class CurvesDialog(QDialog):
     def _show_busy(self, busy: bool) -> None:
         self.bar.setVisible(busy)
         self.cancel_button.setVisible(busy)
-
-    def _end(self) -> None:
-        """Stop what is being measured, if anything is."""
-        work, self._work = self._work, None
-        if work is not None:
-            work.close()
-            work.deleteLater()
-        self._show_busy(False)
-
-    def done(self, result: int) -> None:
-        """End the work whichever way the dialog is closed."""
-        self._end()
-        super().done(result)
-
-    def closeEvent(self, event: QCloseEvent) -> None:
-        """End the work when the window's frame is used to close."""
-        self._end()
-        super().closeEvent(event)
 
 
 def _curves_of(prepared: PreparedBrain, report: Report) -> DistortionCurves:

@@ -71,6 +71,19 @@ def drag(qtbot, widget, positions, after_each):
     qtbot.mouseRelease(widget, LEFT, pos=positions[-1])
 
 
+def when_asked(kind, act):
+    """Act on the next modal dialog of a kind."""
+
+    def look():
+        dialog = QApplication.activeModalWidget()
+        if isinstance(dialog, kind):
+            act(dialog)
+        else:
+            QTimer.singleShot(20, look)
+
+    QTimer.singleShot(20, look)
+
+
 def answer_file_dialog(*paths):
     """Choose a path in the next file dialog, another one in the dialog after it.
 

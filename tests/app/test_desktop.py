@@ -28,11 +28,11 @@ from flyreg_gui.pictures import write_turn
 from flyreg_gui.preferences import Preferences
 from flyreg_gui.preferences_dialog import PreferencesDialog
 from flyreg_gui.theme import current_theme, set_scheme
-from PySide6.QtCore import QMimeData, QPointF, Qt, QTimer, QUrl
+from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QGuiApplication, QKeySequence
 from PySide6.QtWidgets import QApplication, QMessageBox, QProgressDialog
 
-from tests.app.hands import CONTROL, LEFT, answer_file_dialog, press, settle
+from tests.app.hands import CONTROL, LEFT, answer_file_dialog, press, settle, when_asked
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 
@@ -56,19 +56,6 @@ def drop(window, *paths):
         *(Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier),
     )
     QApplication.sendEvent(window, event)
-
-
-def when_asked(kind, act):
-    """Act on the next modal dialog of a kind."""
-
-    def look():
-        dialog = QApplication.activeModalWidget()
-        if isinstance(dialog, kind):
-            act(dialog)
-        else:
-            QTimer.singleShot(20, look)
-
-    QTimer.singleShot(20, look)
 
 
 # Files dropped

@@ -7,26 +7,12 @@ import json
 import numpy as np
 import pytest
 from flyreg_gui.points_dialog import PointsDialog
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication, QMessageBox
+from PySide6.QtWidgets import QMessageBox
 
 from flyreg_core.transform import carry
-from tests.app.hands import LEFT, LONG_MS, answer_file_dialog
+from tests.app.hands import LEFT, LONG_MS, answer_file_dialog, when_asked
 
 pytestmark = pytest.mark.window
-
-
-def when(kind, do):
-    """Do something with the next modal widget of a kind."""
-
-    def look():
-        found = QApplication.activeModalWidget()
-        if isinstance(found, kind):
-            do(found)
-        else:
-            QTimer.singleShot(20, look)
-
-    QTimer.singleShot(20, look)
 
 
 def wait_for(qtbot, window, text):
@@ -54,7 +40,7 @@ def test_points_that_are_named_are_measured_on_page_and_in_json(qtbot, window, t
         answer_file_dialog(tmp_path / "run.html")
         qtbot.mouseClick(dialog.ok_button, LEFT)
 
-    when(PointsDialog, name_points)
+    when_asked(PointsDialog, name_points)
     window.actions_by_name["report_on_points"].trigger()
     wait_for(qtbot, window, "Saved")
     assert "has no columns x, y, z, x_target" in problems[0]
@@ -88,14 +74,14 @@ def test_what_a_report_would_replace_is_named_and_kept_unless_the_user_agrees(
         qtbot.mouseClick(button, LEFT)
 
     answer_file_dialog(tmp_path / "run.html")
-    when(QMessageBox, refuse)
+    when_asked(QMessageBox, refuse)
     window.actions_by_name["report"].trigger()
     assert asked == ["Replace run.json, run-project.flyreg?"]
     assert (facts.read_text(), project.read_text()) == ("my own", "my work")
     assert not (tmp_path / "run.html").exists()
 
     answer_file_dialog(tmp_path / "run.html")
-    when(QMessageBox, agree)
+    when_asked(QMessageBox, agree)
     window.actions_by_name["report"].trigger()
     wait_for(qtbot, window, "Saved")
     assert json.loads(facts.read_text())["source"]
