@@ -11,7 +11,8 @@ solid                    solid                   any triangles -> voxels inside 
 shape                    shape_map               two surfaces -> smooth map of space
 trim                     trim, matching          solid -> solid without the optic lobes
 tunnels                  carve, handles          solid -> solid with exactly one handle
-torus                    torus, isosurface       solid -> closed surface, back on the original
+torus                    torus, pockets,         solid -> closed surface, pockets filled, back on the
+                         isosurface              original
 simplify (optional)      simplify                closed surface -> the same with fewer vertices
 smooth                   smooth                  surface -> smoothed vertices, which decide the cut
 two halves               cut, relabel            surface -> two rings and two caps, sharing edges

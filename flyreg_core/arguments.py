@@ -105,7 +105,8 @@ def _add_register(commands: Commands, run: Mapping[str, Run]) -> None:
         "--smoothing",
         type=_smoothing,
         metavar="X",
-        help="lambda of the spline (default 0.01), or auto: the one that cross-validation finds",
+        help="lambda of the spline (default 0.01), or auto: the one that cross-validation speaks for, "
+        "if it does",
     )
     command.add_argument(
         "--method",

@@ -34,7 +34,12 @@ def map_boundaries(
     """
     mapped: dict[CurveKey, Floats] = {}
     for key, curve in source.curves.items():
-        shift = np.mean(list(_own_shifts(source, key, shift_of_u).values()), axis=0)
+        own = [
+            _own_shift(source, key, half, shift_of_u[half])
+            for half in HALVES
+            if key in source.rows_of_curves[half]
+        ]
+        shift = np.mean(own, axis=0)
         mapped[key] = (
             advance_around(curve.share, shift)
             if curve.is_closed
@@ -46,34 +51,29 @@ def map_boundaries(
 def seam_gaps(
     source: FlatBrain,
     target: FlatBrain,
-    shift_of_u: Mapping[HalfName, Floats],
+    half: HalfName,
+    shift: Floats,
     sewn: Mapping[CurveKey, Floats],
-) -> Mapping[HalfName, Mapping[CurveKey, Floats]]:
-    """Return how far sewing moved each half along the target's curves, micrometres.
+) -> Mapping[CurveKey, Floats]:
+    """Return how far sewing moved a half along the target's curves, micrometres.
 
-    For each half and each of its curves, (k,) values at the curve's vertices, which came to lie at
-    the (k, 3) points `sewn`.
+    For each of its curves, (k,) values at the curve's vertices, which came to lie at the (k, 3)
+    points `sewn`; its spline moves its vertices by (n,) `shift` in u.
     """
-    gaps: dict[HalfName, dict[CurveKey, Floats]] = {half: {} for half in HALVES}
-    for key, curve in source.curves.items():
-        for half, shift in _own_shifts(source, key, shift_of_u).items():
-            alone = curve.share + shift
-            alone = alone if curve.is_closed else np.clip(alone, 0, 1)
-            gaps[half][key] = np.linalg.norm(target.curves[key].at(alone) - sewn[key], axis=1)
+    gaps: dict[CurveKey, Floats] = {}
+    for key in source.rows_of_curves[half]:
+        curve = source.curves[key]
+        alone = curve.share + _own_shift(source, key, half, shift)
+        alone = alone if curve.is_closed else np.clip(alone, 0, 1)
+        gaps[key] = np.linalg.norm(target.curves[key].at(alone) - sewn[key], axis=1)
     return gaps
 
 
-def _own_shifts(
-    source: FlatBrain, key: CurveKey, shift_of_u: Mapping[HalfName, Floats]
-) -> dict[HalfName, Floats]:
-    """Return by how much of its arc length each half that has a curve moves the curve's vertices."""
-    shifts = {}
-    for half in HALVES:
-        rows = source.rows_of_curves[half].get(key)
-        if rows is not None:
-            seen_from_front = 1 if half == "anterior" else -1
-            shifts[half] = seen_from_front * shift_of_u[half][rows] / STARTS[key[0]][1]
-    return shifts
+def _own_shift(source: FlatBrain, key: CurveKey, half: HalfName, shift: Floats) -> Floats:
+    """Return by how much of its arc length a half moves the vertices of one of its curves."""
+    seen_from_front = 1 if half == "anterior" else -1
+    rows = source.rows_of_curves[half][key]
+    return np.asarray(seen_from_front * shift[rows] / STARTS[key[0]][1])
 
 
 def _advance(share: Floats, shift: Floats) -> Floats:

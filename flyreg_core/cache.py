@@ -46,6 +46,10 @@ class Cache:
             return None
         return value
 
+    def has(self, key: str) -> bool:
+        """Tell whether something is kept under a key, which may still be unreadable."""
+        return self._path(key).is_file()
+
     def put(self, key: str, value: object) -> None:
         """Keep a value, whole or not at all; where there is no room or no right, do not."""
         with contextlib.suppress(OSError):

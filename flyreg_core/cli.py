@@ -110,13 +110,17 @@ def _register(arguments: argparse.Namespace) -> None:
     project, truth = _project(arguments), None
     if arguments.points is not None:
         truth = read_point_pairs_um(arguments.points, project, arguments.unit)
-    pipeline = Pipeline(open_cache())
+    pipeline, advice = Pipeline(open_cache()), None
     with _Progress() as progress:
         results = pipeline.run(project, progress)
         if arguments.smoothing == AUTOMATIC and results.judgement is not None:
-            best = results.judgement.cross_validation.best
-            results = pipeline.run(replace(project, smoothing=best), progress)
+            advice = results.judgement.cross_validation.advise(project.smoothing)
+            if advice.smoothing is not None:
+                project = replace(project, smoothing=advice.smoothing)
+                results = pipeline.run(project, progress)
     facts = _write_results(results, truth, arguments.output, started)
+    if advice is not None and advice.smoothing is None:
+        _say(f"flyreg: {advice.reason} lambda stays {project.smoothing:g}.")
     for warning in results.warnings:
         _say(f"flyreg: {warning}")
     _print(facts, arguments.json)

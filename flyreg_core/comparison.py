@@ -10,7 +10,7 @@ import numpy as np
 from flyreg_core.affine import AffineMap, best_affine
 from flyreg_core.apart import Done, Limits, run_apart
 from flyreg_core.cache import open_cache
-from flyreg_core.errors import FlyregError
+from flyreg_core.errors import Cancelled, FlyregError
 from flyreg_core.frame import BrainFrame
 from flyreg_core.mesh import Booleans, Floats, SurfaceMesh
 from flyreg_core.pipeline import Pipeline
@@ -33,6 +33,9 @@ AFTER_PREPARATION = (
     "lift",
 )
 """Stages of the engine that are the registration itself, once both brains lie flat."""
+OWN = "this program, from the files to the registered surface"
+CANCELLED = "cancelled"
+"""Status of a method that was not done when the comparison was cancelled."""
 UNLIMITED = Limits(None, None)
 
 
@@ -61,6 +64,11 @@ class Comparison:
     rows: tuple[Row, ...]
     preparation_seconds: float | None  # of flyreg's time; the others are given prepared brains
     points_outside: int  # of the truth, too far from the main brain to be carried
+
+    @property
+    def is_complete(self) -> bool:
+        """Tell whether nobody cancelled it before all methods were done."""
+        return all(row.status != CANCELLED for row in self.rows)
 
 
 def find_methods(names: Sequence[str]) -> tuple[str, ...]:
@@ -92,7 +100,8 @@ def compare(
 
     flyreg prepares the brains and registers them, from nothing if it is among the methods, else
     with what the cache knows. The others get the prepared brains, the source where flyreg's affine
-    alignment puts it ("none": where it lies). Whatever a rival cannot do is a row that says so.
+    alignment puts it ("none": where it lies). Whatever a rival cannot do is a row that says so; so
+    is what there was no time for, if `report` raises `Cancelled` once flyreg has registered.
 
     Parameters
     ----------
@@ -101,14 +110,14 @@ def compare(
     limits : Limits
         Of each rival; flyreg has none.
     tell : function of a Row
-        Called with each row as soon as it is known.
+        Called with each row as soon as it is known, flyreg's first.
 
     Raises
     ------
     FlyregError
         flyreg itself cannot register the pair, or see `find_methods`.
     Cancelled
-        `report` said so; no process is left.
+        `report` said so before flyreg had registered; no process is left.
     """
     methods = find_methods(methods)
     points = np.zeros((0, 3)) if truth is None else truth.source
@@ -123,33 +132,30 @@ def compare(
         raise FlyregError(own.sentence)
     inside = prepared.is_mapped
     judge = _Judge(prepared.source, prepared.target, ends[inside])
-    rows = []
-    for number, name in enumerate(methods):
-        part = within(
-            report,
-            share + (1 - share) * number / len(methods),
-            share + (1 - share) * (number + 1) / len(methods),
-        )
-        if name == FLYREG:
-            done, description = own, "this program, from the files to the registered surface"
-            moved: MovedSource | None = MovedSource(prepared.registered, prepared.points[inside])
-        else:
-            rival = RIVAL_OF[name]
-            start = prepared.to_target if rival.is_aligned else AffineMap(np.eye(3), np.zeros(3))
-            task = Rivalling(name, prepared.source, prepared.target, start, points[inside])
-            done = run_apart(task, limits, within(part, 0.0, 0.8), f"running {name}")
-            description = rival.description
-            moved = done.value if isinstance(done.value, MovedSource) else None
-        rows.append(judge.row(name, description, done, moved, within(part, 0.8, 1.0)))
-        tell(rows[-1])
+    contest = _Contest(prepared, own, points[inside], limits, judge)
+    rows: dict[str, Row] = {}
+    order = sorted(methods, key=lambda name: name != FLYREG)  # what is there already comes first
+    try:
+        for number, name in enumerate(order):
+            start, end = (share + (1 - share) * n / len(order) for n in (number, number + 1))
+            rows[name] = contest.row(name, within(report, start, end))
+            tell(rows[name])
+    except Cancelled:
+        for name in (each for each in order if each not in rows):
+            rows[name] = Row(name, _description(name), CANCELLED, None, None)
+            tell(rows[name])
     return Comparison(
         prepared.source,
         prepared.target,
         prepared.frame,
-        tuple(rows),
+        tuple(rows[name] for name in methods),
         prepared.preparation_seconds,
         int((~inside).sum()),
     )
+
+
+def _description(name: str) -> str:
+    return OWN if name == FLYREG else RIVAL_OF[name].description
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,6 +246,31 @@ class _Judge:
             folded_share(self.source, surface, self.target),
             np.linalg.norm(moved.points - self.ends, axis=1),
         )
+
+
+@dataclass(frozen=True, eq=False)
+class _Contest:
+    """Runs and measures one method after the other."""
+
+    prepared: Registered
+    own: Done  # flyreg's
+    points: Floats  # (k, 3), of the truth, in the source
+    limits: Limits
+    judge: _Judge
+
+    def row(self, name: str, report: Report) -> Row:
+        """Return what a method came to."""
+        prepared, inside = self.prepared, self.prepared.is_mapped
+        if name == FLYREG:
+            done = self.own
+            moved: MovedSource | None = MovedSource(prepared.registered, prepared.points[inside])
+        else:
+            still = AffineMap(np.eye(3), np.zeros(3))
+            start = prepared.to_target if RIVAL_OF[name].is_aligned else still
+            task = Rivalling(name, prepared.source, prepared.target, start, self.points)
+            done = run_apart(task, self.limits, within(report, 0.0, 0.8), f"running {name}")
+            moved = done.value if isinstance(done.value, MovedSource) else None
+        return self.judge.row(name, _description(name), done, moved, within(report, 0.8, 1.0))
 
 
 def facing_outwards(source: SurfaceMesh, vertices: Floats) -> SurfaceMesh:

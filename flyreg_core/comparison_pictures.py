@@ -22,7 +22,7 @@ TARGET = "target"
 
 
 def draw_methods(comparison: Comparison) -> dict[str, Picture]:
-    """Return pictures of (height, width, 3) bytes by method, and one of the target under its name.
+    """Return pictures by method, see `draw_surface`, and one of the target under its name.
 
     From the front of the target, at the scale at which the target and all moved sources fit.
     """
@@ -32,17 +32,17 @@ def draw_methods(comparison: Comparison) -> dict[str, Picture]:
     pictures = {TARGET: draw_surface(comparison.target, TARGET_COLOR, view, SIZE)}
     for method, surface in surfaces.items():
         pictures[method] = draw_surface(surface, SOURCE_COLOR, view, SIZE)
-    return {name: on_background(picture) for name, picture in pictures.items()}
+    return pictures
 
 
 def on_one_sheet(pictures: Mapping[str, Picture]) -> Picture:
-    """Return all pictures on one, each with its name."""
+    """Return all pictures on one white one of (height, width, 3) bytes, each with its name."""
     down = -(-len(pictures) // ACROSS)
     sheet = Image.new("RGB", (ACROSS * SIZE[0], down * SIZE[1]), "white")
     pen = ImageDraw.Draw(sheet)
     for number, (name, picture) in enumerate(pictures.items()):
         left, top = number % ACROSS * SIZE[0], number // ACROSS * SIZE[1]
-        sheet.paste(Image.fromarray(picture), (left, top))
+        sheet.paste(Image.fromarray(on_background(picture)), (left, top))
         place = (left + LABEL_PLACE[0], top + LABEL_PLACE[1])
         pen.text(place, name, fill=LABEL_COLOR, font_size=LABEL_SIZE)
     return np.asarray(sheet)

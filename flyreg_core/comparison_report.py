@@ -13,7 +13,7 @@ import numpy as np
 
 from flyreg_core.apart import Limits
 from flyreg_core.brain_files import write_mesh
-from flyreg_core.comparison import Comparison, Row
+from flyreg_core.comparison import CANCELLED, Comparison, Row
 from flyreg_core.comparison_pictures import SIZE, draw_methods, on_one_sheet
 from flyreg_core.files import make_folder, write_atomically
 from flyreg_core.picture import Picture, png_bytes, webp_bytes
@@ -39,6 +39,7 @@ def comparison_report(
         "target": target.name,
         "diagonal_um": comparison.target.diagonal,
         "rows": [row_report(row) for row in comparison.rows],
+        "is_complete": comparison.is_complete,
         "preparation_seconds": comparison.preparation_seconds,
         "points_outside": comparison.points_outside,
         "limits": {"seconds": limits.seconds, "megabytes": limits.megabytes},
@@ -97,6 +98,9 @@ def remarks_on(facts: Mapping[str, Any]) -> Sequence[str]:
             "The other methods are given prepared brains; of flyreg's time "
             f"{facts['preparation_seconds']:.1f} s prepare them."
         )
+    if not facts["is_complete"]:
+        ended = [row["status"] != CANCELLED for row in facts["rows"]]
+        remarks.append(f"Incomplete: it was cancelled after {sum(ended)} of {len(ended)} methods.")
     if facts["points_outside"]:
         remarks.append(
             f"{facts['points_outside']} of the points are too far from the main brain and are left out."

@@ -12,6 +12,8 @@ from flyreg_core.thin_plate_spline import LEAST_WEIGHT, affine_basis, kernel
 
 SMOOTHINGS = np.geomspace(1e-6, 1e2, 65)
 """Values of lambda that are compared."""
+AS_GOOD = 1.05
+"""Landmarks are foretold as well by two smoothings whose errors differ by less than this factor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +31,29 @@ class Spectrum:
     amounts: Floats  # (m, 2)
 
 
+@dataclass(frozen=True)
+class Advice:
+    """A smoothing to take, or none, and why."""
+
+    smoothing: float | None
+    reason: str  # for the user
+
+
+FALLS_TO_THE_END = (
+    "Cross-validation speaks for no smoothing: the landmarks foretell each other the better the "
+    "less the spline bends, to the end of the scale. Most of them say what their neighbours say; "
+    "to smooth so much would ignore what a single one says alone."
+)
+FLAT = (
+    "Cross-validation speaks for no other smoothing: with the present one the landmarks foretell "
+    "each other as well as with any other."
+)
+FORETELLS_BEST = (
+    "The smoothing with which the landmarks foretell each other best; it smooths away what a "
+    "single landmark says alone."
+)
+
+
 @dataclass(frozen=True, eq=False)
 class CrossValidation:
     """How badly splines of several smoothings foretell landmarks, in squares of the domain's width."""
@@ -40,6 +65,26 @@ class CrossValidation:
     def best(self) -> float:
         """The smoothing with the least score."""
         return float(self.smoothings[np.argmin(self.scores)])
+
+    def error_at(self, smoothing: float) -> float:
+        """Return how many times as far off a smoothing foretells landmarks as the best one."""
+        scores = np.log(np.maximum(self.scores, np.finfo(float).tiny))
+        place = np.log(max(smoothing, float(self.smoothings[0])))
+        score = float(np.interp(place, np.log(self.smoothings), scores))
+        return float(np.exp((score - scores.min()) / 2))
+
+    def advise(self, smoothing: float) -> Advice:
+        """Return the smoothing to take instead of the present one, if the curve speaks for one.
+
+        It speaks for none where it falls to the end of the scale: there the spline is an affine
+        map, which foretells landmarks as well as any other if most of them say what their
+        neighbours say, and lets none of them have its way. Nor where it is flat.
+        """
+        if self.error_at(float(self.smoothings[-1])) < AS_GOOD:
+            return Advice(None, FALLS_TO_THE_END)
+        if self.error_at(smoothing) < AS_GOOD:
+            return Advice(None, FLAT)
+        return Advice(self.best, FORETELLS_BEST)
 
 
 def find_spectrum(sources: Floats, targets: Floats, weights: Floats) -> Spectrum:

@@ -15,7 +15,7 @@ from flyreg_core.caps import Cap, cap_grid, carry_cap, find_caps, lay_cap_flat, 
 from flyreg_core.correspondence import FlatBrain, PlacedLandmark
 from flyreg_core.halves import FlatHalf, along_outer
 from flyreg_core.landmarks import HALVES, HalfName
-from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid, walk
+from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid, walk_to
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import orientations
 from flyreg_core.progress import Report
@@ -27,7 +27,7 @@ from flyreg_core.rectangle import (
     u_of_perimeter,
     wrapped,
 )
-from flyreg_core.side_by_side import both_halves, side_by_side
+from flyreg_core.side_by_side import both, both_halves
 from flyreg_core.strip_warp import draw_along, to_strip
 from flyreg_core.unfold import Unfolded, unfold
 
@@ -153,7 +153,6 @@ def register(
     shifts = {half: warped[half][0] for half in HALVES}
     mapped = map_boundaries(source, shifts)
     sewn = {key: target.curves[key].at(shares) for key, shares in mapped.items()}
-    gaps = seam_gaps(source, target, shifts, sewn)
     vertices = np.zeros_like(source.dissection.surface.vertices)
     points = target.dissection.surface.vertices
 
@@ -164,7 +163,8 @@ def register(
         near = None if last is None else last.halves[half].face
         grid, table = locators.halves[half], locators.tables[half]
         face = _lift_into(vertices, own.vertex_of, mended.flat.uv, half, grid, table, near)
-        return _warped_half(raw, mended, other.law, face, gaps[half])
+        gaps = seam_gaps(source, target, half, shifts[half], sewn)
+        return _warped_half(raw, mended, other.law, face, gaps)
 
     def carry_one_cap(number: int) -> int:
         cap, to = source_caps[number], locators.caps[number]
@@ -174,8 +174,9 @@ def register(
         vertices[cap.vertex_of] = carried
         return int((orientations(flat_cap[cap.faces]) <= 0).sum())
 
-    halves = both_halves(carry, report)
-    flipped_on_caps = sum(side_by_side(carry_one_cap, range(len(source_caps))))
+    halves, flipped_on_caps = both(
+        lambda: both_halves(carry, report), lambda: sum(map(carry_one_cap, range(len(source_caps))))
+    )
     # halves and caps all wrote the vertices that they share; the curves say where these lie
     for key, curve in source.curves.items():
         vertices[curve.vertices] = sewn[key]
@@ -222,28 +223,35 @@ def _lift_into(
     """
     if near is None:
         near, _ = find_triangles(grid, once_around(uv))
-    face, barycentric = walk(uv, near, table, grid.neighbours)
+    face = _lift_near(uv, near, table, grid.neighbours, rows, lifted)
     lost = np.flatnonzero(face < 0)
     if len(lost):
-        face[lost], barycentric[lost] = find_triangles(grid, once_around(uv[lost]))
+        face[lost], barycentric = find_triangles(grid, once_around(uv[lost]))
         if (face[lost] < 0).any():
             raise ValueError(
                 f"{(face < 0).sum()} flat places lie in no triangle of the {name} half"
             )
-    _combine(face, barycentric, table, rows, lifted)
+        corners = table[face[lost], 6:15].reshape(-1, 3, 3)
+        lifted[rows[lost]] = np.einsum("ij,ijk->ik", barycentric, corners)
     return face
 
 
 @njit(nogil=True, cache=True)
-def _combine(
-    face: Integers, barycentric: Floats, table: Floats, rows: Integers, lifted: Floats
-) -> None:
-    for k in range(len(face)):
-        corners, row = table[face[k]], rows[k]
-        a, b, c = barycentric[k]
-        lifted[row, 0] = a * corners[6] + b * corners[9] + c * corners[12]
-        lifted[row, 1] = a * corners[7] + b * corners[10] + c * corners[13]
-        lifted[row, 2] = a * corners[8] + b * corners[11] + c * corners[14]
+def _lift_near(
+    uv: Floats, near: Integers, table: Floats, neighbours: Integers, rows: Integers, lifted: Floats
+) -> Integers:
+    """Lift what a walk from nearby faces finds; return the faces, -1 where it does not arrive."""
+    faces = np.zeros(len(uv), dtype=np.int64)
+    for k in range(len(uv)):
+        face, a, b, c = walk_to(uv[k, 0], uv[k, 1], near[k], table, neighbours)
+        faces[k] = face
+        if face >= 0:
+            row = rows[k]
+            for i in range(3):
+                lifted[row, i] = (
+                    a * table[face, 6 + i] + b * table[face, 9 + i] + c * table[face, 12 + i]
+                )
+    return faces
 
 
 def _warp_half(

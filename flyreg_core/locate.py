@@ -178,28 +178,33 @@ def walk(
     found = np.full(len(places), -1, dtype=np.int64)
     barycentric = np.zeros((len(places), 3))
     for k in range(len(places)):
-        u, v, t = places[k, 0], places[k, 1], near[k]
-        for _ in range(MOST_STEPS):
-            if t < 0:
-                break
-            ax, bx, cx = corners[t, 0], corners[t, 2], corners[t, 4]
-            x = u + math.floor((ax + bx + cx) / 3 - u + 0.5)
-            ax, bx, cx = ax - x, bx - x, cx - x
-            ay, by, cy = corners[t, 1] - v, corners[t, 3] - v, corners[t, 5] - v
-            wa, wb, wc = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
-            total = wa + wb + wc
-            if total <= 0:
-                break
-            if wa >= 0 and wb >= 0 and wc >= 0:
-                found[k] = t
-                barycentric[k, 0] = wa / total
-                barycentric[k, 1] = wb / total
-                barycentric[k, 2] = wc / total
-                break
-            across = 0
-            if wb < wa and wb <= wc:
-                across = 1
-            elif wc < wa:
-                across = 2
-            t = neighbours[t, across]
+        found[k], a, b, c = walk_to(places[k, 0], places[k, 1], near[k], corners, neighbours)
+        barycentric[k, 0], barycentric[k, 1], barycentric[k, 2] = a, b, c
     return found, barycentric
+
+
+@njit(nogil=True, cache=True)
+def walk_to(
+    u: float, v: float, t: int, corners: Floats, neighbours: Integers
+) -> tuple[int, float, float, float]:
+    """Return the face that one place lies in, looked for from face t on, and where in it."""
+    for _ in range(MOST_STEPS):
+        if t < 0:
+            break
+        ax, bx, cx = corners[t, 0], corners[t, 2], corners[t, 4]
+        x = u + math.floor((ax + bx + cx) / 3 - u + 0.5)
+        ax, bx, cx = ax - x, bx - x, cx - x
+        ay, by, cy = corners[t, 1] - v, corners[t, 3] - v, corners[t, 5] - v
+        wa, wb, wc = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
+        total = wa + wb + wc
+        if total <= 0:
+            break
+        if wa >= 0 and wb >= 0 and wc >= 0:
+            return t, wa / total, wb / total, wc / total
+        across = 0
+        if wb < wa and wb <= wc:
+            across = 1
+        elif wc < wa:
+            across = 2
+        t = neighbours[t, across]
+    return -1, 0.0, 0.0, 0.0

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 from scipy import ndimage
 
 from flyreg_core.errors import InputError
 from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.winding_number import winding_numbers
 
 CUBES = 30_000
 """Cubes in the box around a brain: some 8 to 15 um wide, fine enough for whatever lies lobe by lobe."""
@@ -106,10 +106,8 @@ def find_occupancy(mesh: SurfaceMesh, own: OwnAxes) -> Occupancy:
     count += count % 2  # so that the cubes pair up on each side of the middle
     steps = (np.arange(2 * count[axis]) - count[axis] + 0.5 for axis in range(3))
     grid = pitch * np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1)
-    tree = igl.FastWindingNumberBVH()
-    tree.init(vertices, mesh.faces)
-    winding_number = np.abs(tree.winding_number(grid.reshape(-1, 3)))
-    share = np.clip(winding_number, 0, 1).reshape(grid.shape[:3])
+    winding_number = winding_numbers(grid.reshape(-1, 3), vertices, mesh.faces)
+    share = np.clip(np.abs(winding_number), 0, 1).reshape(grid.shape[:3])
     if share.max() < 0.5:
         raise InputError("the surface encloses nothing, so it has no front and no top")
     return Occupancy(share, grid[0, 0, 0], pitch)

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 from numba import njit
 
-from flyreg_core.mesh import FlatMesh, Floats, Integers
+from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers
 
 ROUNDING = 2.0**-52
 SPLITTER = 2.0**27 + 1
@@ -55,6 +55,14 @@ def face_orientations(flat: FlatMesh, chosen: Integers | None = None) -> Integer
     return signs
 
 
+def flipped_faces(flat: FlatMesh) -> Booleans:
+    """Tell which faces of a half laid flat are flipped or have no area, decided exactly."""
+    flipped = _are_flipped(flat.uv, flat.faces, flat.corner_shifts)
+    suspects = np.flatnonzero(flipped)
+    flipped[suspects] = face_orientations(flat, suspects) <= 0
+    return flipped
+
+
 def _sign_by_fractions(corners: Floats) -> int:
     (ax, ay), (bx, by), (cx, cy) = ((Fraction(float(x)), Fraction(float(y))) for x, y in corners)
     determinant = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
@@ -86,6 +94,20 @@ def signs_of_faces(uv: Floats, faces: Integers, shifts: Integers, chosen: Intege
             uv[c, 1],
         )
     return signs
+
+
+@njit(nogil=True, cache=True)
+def _are_flipped(uv: Floats, faces: Integers, shifts: Integers) -> Booleans:
+    """Tell which faces are flipped or cannot be told, by the rounded determinant alone."""
+    flipped = np.zeros(len(faces), dtype=np.bool_)
+    for face in range(len(faces)):
+        a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
+        ax, ay = uv[a, 0] + shifts[face, 0], uv[a, 1]
+        bx, by = uv[b, 0] + shifts[face, 1] - ax, uv[b, 1] - ay
+        cx, cy = uv[c, 0] + shifts[face, 2] - ax, uv[c, 1] - ay
+        plus, minus = bx * cy, by * cx
+        flipped[face] = not plus - minus > 4 * ROUNDING * (abs(plus) + abs(minus)) + TINY
+    return flipped
 
 
 @njit(nogil=True, cache=True)

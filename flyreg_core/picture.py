@@ -8,6 +8,7 @@ and `png_bytes` make of them what files hold.
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -35,6 +36,8 @@ LIGHT = (-0.30, 0.45, 0.84)
 """Where the light comes from: towards the picture's right, its top and the viewer."""
 CRACK = 1e-9
 """Share of a triangle by which it reaches over its edges, lest rounding leave cracks between two."""
+REACH = 1e-6
+"""The same in samples, no less than `CRACK` for a triangle as large as a picture."""
 WHITE: Color = (255, 255, 255)
 
 
@@ -83,6 +86,36 @@ def views_of(
     return {side: replace(view, um_per_pixel=scale) for side, view in views.items()}
 
 
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A surface in a picture, without colours yet: which face each sample shows."""
+
+    placed: Floats  # (n, 3), vertices; see `_placed`
+    faces: Integers  # (m, 3)
+    normals: Floats  # (n, 3)
+    light: Floats  # (3,), towards it, in the frame of the normals
+    shown: NDArray[np.int32]  # (height, width) in samples, -1: none
+    samples: int
+
+    def painted(self, colors: Colors | Color, ambient: float = AMBIENT) -> Picture:
+        """Return the picture in colours; see `draw_surface`."""
+        height, width = (length // self.samples for length in self.shown.shape)
+        picture = np.zeros((height, width, 4), dtype=np.uint8)
+        painted = _painted(colors, len(self.placed))
+        shape = self.placed, self.faces, self.normals, self.light, self.shown
+        _shade(*shape, painted, ambient, self.samples, picture)
+        return picture
+
+
+def see_surface(
+    surface: SurfaceMesh, view: View, size: tuple[int, int], samples: int = SAMPLES
+) -> Seen:
+    """Return what a picture of a surface shows, to be painted as often as there are colours."""
+    light = np.array(LIGHT) / np.linalg.norm(LIGHT) @ view.axes
+    placed = _placed(surface.vertices, view, size, samples)
+    return _seen(placed, surface.faces, surface.vertex_normals, light, size, samples)
+
+
 def draw_surface(
     surface: SurfaceMesh,
     colors: Colors | Color,
@@ -109,11 +142,7 @@ def draw_surface(
     (height, width, 4) uint8
         Opacity last, 0 where nothing is.
     """
-    placed = _placed(surface.vertices, view, size, samples)
-    normals = surface.vertex_normals @ view.axes.T
-    light = np.array(LIGHT) / np.linalg.norm(LIGHT)
-    painted = _painted(colors, len(placed))
-    return _drawn(placed, surface.faces, painted, normals, light, ambient, size, samples)
+    return see_surface(surface, view, size, samples).painted(colors, ambient)
 
 
 def draw_flat(
@@ -137,8 +166,7 @@ def draw_flat(
     points = np.column_stack([plane, np.zeros(len(plane))])
     placed = _placed(points, View(np.eye(3), np.zeros(3), scale), size, samples)
     straight = np.tile([0.0, 0.0, 1.0], (len(plane), 1))
-    painted = _painted(colors, len(plane))
-    return _drawn(placed, faces, painted, straight, straight[0], 1.0, size, samples)
+    return _seen(placed, faces, straight, straight[0], size, samples).painted(colors, 1.0)
 
 
 def blended(pictures: Sequence[Picture], shares: Sequence[float]) -> Picture:
@@ -178,31 +206,38 @@ def png_bytes(picture: Picture) -> bytes:
 
 def _placed(points: Floats, view: View, size: tuple[int, int], samples: int) -> Floats:
     """Return (n, 3) samples across and down from the upper left corner, and towards the viewer."""
-    along = (points - view.middle) @ view.axes.T / view.um_per_pixel
-    along[:, 0] += size[0] / 2
-    along[:, 1] = size[1] / 2 - along[:, 1]
-    return np.asarray(along * samples)
+    zoom = samples / view.um_per_pixel
+    origin = np.array([size[0], size[1], 0.0]) * samples / 2
+    turn = zoom * view.axes * np.array([[1.0], [-1.0], [1.0]])  # pictures count downwards
+    return _mapped(np.ascontiguousarray(points), turn, origin - turn @ view.middle)
+
+
+@njit(nogil=True, cache=True)
+def _mapped(points: Floats, matrix: Floats, offset: Floats) -> Floats:
+    """Return (n, 3) points under an affine map; for so small a matrix BLAS takes longer."""
+    mapped = np.zeros(points.shape)
+    for n in range(len(points)):
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        for i in range(3):
+            mapped[n, i] = matrix[i, 0] * x + matrix[i, 1] * y + matrix[i, 2] * z + offset[i]
+    return mapped
 
 
 def _painted(colors: Colors | Color, count: int) -> Floats:
     return np.array(np.broadcast_to(np.asarray(colors, dtype=float), (count, 3)))
 
 
-def _drawn(
+def _seen(
     placed: Floats,
     faces: Integers,
-    colors: Floats,
     normals: Floats,
     light: Floats,
-    ambient: float,
     size: tuple[int, int],
     samples: int,
-) -> Picture:
+) -> Seen:
     shown = np.full((size[1] * samples, size[0] * samples), -1, dtype=np.int32)
     _find_nearest_faces(placed, faces, shown)
-    picture = np.zeros((size[1], size[0], 4), dtype=np.uint8)
-    _shade(placed, faces, colors, normals, light, ambient, shown, samples, picture)
-    return picture
+    return Seen(placed, faces, normals, light, shown, samples)
 
 
 @njit(nogil=True, cache=True)
@@ -211,19 +246,21 @@ def _find_nearest_faces(placed: Floats, faces: Integers, shown: NDArray[np.int32
     height, width = shown.shape
     nearness = np.full(shown.shape, -np.inf)
     for number in range(len(faces)):
-        a, b, c = faces[number]
-        ax, ay, az = placed[a, 0], placed[a, 1], placed[a, 2]
-        bx, by, bz = placed[b, 0], placed[b, 1], placed[b, 2]
-        cx, cy, cz = placed[c, 0], placed[c, 1], placed[c, 2]
+        a, b, c = faces[number, 0], faces[number, 1], faces[number, 2]
+        ay, by, cy = placed[a, 1], placed[b, 1], placed[c, 1]
+        top, bottom = _first(min(ay, by, cy)), _last(max(ay, by, cy), height)
+        if top > bottom:
+            continue  # between two rows of samples, as many small ones are, or beside the picture
+        ax, bx, cx = placed[a, 0], placed[b, 0], placed[c, 0]
+        left, right = _first(min(ax, bx, cx)), _last(max(ax, bx, cx), width)
         area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        left, right = max(min(ax, bx, cx) - 0.5, 0.0), min(max(ax, bx, cx), width + 0.0)
-        top, bottom = max(min(ay, by, cy) - 0.5, 0.0), min(max(ay, by, cy), height + 0.0)
-        if area == 0 or left > right or top > bottom:
-            continue  # seen from its edge, or not at all
+        if left > right or area == 0:
+            continue  # beside the picture, or seen from its edge
+        az, bz, cz = placed[a, 2], placed[b, 2], placed[c, 2]
         share = 1.0 / area
-        for row in range(int(top), int(bottom + 0.5)):
+        for row in range(top, bottom + 1):
             y = row + 0.5
-            for column in range(int(left), int(right + 0.5)):
+            for column in range(left, right + 1):
                 x = column + 0.5
                 u = ((bx - x) * (cy - y) - (by - y) * (cx - x)) * share
                 v = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) * share
@@ -237,14 +274,26 @@ def _find_nearest_faces(placed: Floats, faces: Integers, shown: NDArray[np.int32
 
 
 @njit(nogil=True, cache=True)
+def _first(low: float) -> int:
+    """Return the first row or column whose samples may lie beyond a coordinate."""
+    return math.ceil(max(low - 0.5 - REACH, 0.0))
+
+
+@njit(nogil=True, cache=True)
+def _last(high: float, length: int) -> int:
+    """Return the last one, of so many, whose samples may lie before a coordinate."""
+    return math.floor(min(high - 0.5 + REACH, length - 1.0))
+
+
+@njit(nogil=True, cache=True)
 def _shade(
     placed: Floats,
     faces: Integers,
-    colors: Floats,
     normals: Floats,
     light: Floats,
-    ambient: float,
     shown: NDArray[np.int32],
+    colors: Floats,
+    ambient: float,
     samples: int,
     picture: Picture,
 ) -> None:
@@ -261,7 +310,8 @@ def _shade(
                 y, x = row * samples + part // samples, column * samples + part % samples
                 if shown[y, x] < 0:
                     continue
-                a, b, c = faces[shown[y, x]]
+                face = shown[y, x]
+                a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
                 ax, ay = placed[a, 0] - x - 0.5, placed[a, 1] - y - 0.5
                 bx, by = placed[b, 0] - x - 0.5, placed[b, 1] - y - 0.5
                 cx, cy = placed[c, 0] - x - 0.5, placed[c, 1] - y - 0.5

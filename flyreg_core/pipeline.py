@@ -132,6 +132,13 @@ class Pipeline:
         raw = self._read(brain.input, report=within(report, 0.0, 0.7))
         return raw, self._frame(raw, brain.pose, report=within(report, 0.7, 1.0))
 
+    def is_prepared(self, project: Project) -> bool:
+        """Tell whether the brains of a project were prepared before, and are known or in the cache."""
+        asked = (project.source, project.target, project.boundary.is_by_shape)
+        if self._pair.knows(*asked):
+            return True
+        return self._cache is not None and self._cache.has(key_of("pair", *asked))
+
     def _prepare_pair(self, project: Project, report: Report) -> Pair:
         """Return source and target prepared, from memory or disk if they were prepared before."""
         return self._pair(

@@ -34,7 +34,7 @@ def in_chunks(
 ) -> NDArray[T]:
     """Return `query(points)`, asked in parts so that it can be cancelled.
 
-    libigl keeps the interpreter lock for a whole call; between parts the window is served.
+    Compiled code can keep the interpreter's lock for a whole call; between parts the window is served.
     """
     parts = np.array_split(points, max(1, -(-len(points) // size)))
     answers = []

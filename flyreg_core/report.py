@@ -167,7 +167,7 @@ def register_report(results: Results) -> Facts:
         "there_and_back_um": _there_and_back(judgement),
         "displacement_beyond_affine": _displacement(results),
         "smoothing": project.smoothing,
-        "smoothing_by_cross_validation": _cross_validation(judgement),
+        "smoothing_by_cross_validation": _cross_validation(judgement, project.smoothing),
         "pairing": project.boundary.pairing,
         "parameters": _parameters(project),
         "warnings": list(results.warnings),
@@ -289,12 +289,13 @@ def _landmarks(results: Results) -> list[Facts]:
     ]
 
 
-def _cross_validation(judgement: Judgement | None) -> Facts | None:
+def _cross_validation(judgement: Judgement | None, smoothing: float) -> Facts | None:
     if judgement is None:
         return None
     curve = judgement.cross_validation
     return {
         "best": curve.best,
+        "suggested": curve.advise(smoothing).smoothing,
         "smoothings": [float(value) for value in curve.smoothings],
         "scores": [float(value) for value in curve.scores],
     }

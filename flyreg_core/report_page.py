@@ -150,7 +150,7 @@ def _curve(facts: Mapping[str, Any]) -> str:
     known = facts["smoothing_by_cross_validation"]
     if known is None:
         return ""
-    marks = [Mark(known["best"], "best")]
+    marks = [] if known["suggested"] is None else [Mark(known["suggested"], "suggested")]
     if facts["smoothing"] > 0:
         marks.append(Mark(facts["smoothing"], "used"))
     panel = Panel(

@@ -25,7 +25,7 @@ from flyreg_core.picture import (
     axes_of,
     blended,
     draw_flat,
-    draw_surface,
+    see_surface,
     webp_bytes,
 )
 from flyreg_core.progress import Report, within
@@ -106,10 +106,6 @@ class _Layer:
     colors: Colors
     ambient: float = AMBIENT
 
-    def draw(self, side: Side) -> Picture:
-        view, size = self.stage.views[side]
-        return draw_surface(self.surface, self.colors, view, size, ambient=self.ambient)
-
 
 @dataclass(frozen=True)
 class _Plan:
@@ -174,11 +170,7 @@ def make_figures(
         colors_of(away, 0.0, distance_um),
         colors_of(results.beyond_alignment_um, 0.0, displacement_um),
     )
-    keys = [(name, side) for name in layers for side in SIDES]
-    drawn = side_by_side(
-        lambda key: layers[key[0]].draw(key[1]), keys, within(report, 0.2, 0.8), "drawing pictures"
-    )
-    pictures = dict(zip(keys, drawn, strict=True))
+    pictures = _draw_layers(layers, within(report, 0.2, 0.8))
     plans = [*BEFORE_FLAT, *AFTER_FLAT]
     shots = [
         side_by_side(
@@ -198,7 +190,9 @@ def _layers(results: Results, distance: Colors, displacement: Colors) -> dict[st
     source, target = results.source, results.target
     registered = results.registration.surface
     aligned = source.surface.moved(results.alignment.to_target(source.surface.vertices))
-    blue, brown = relief_colors(source.surface, SOURCE), relief_colors(target.surface, TARGET)
+    blue, brown = side_by_side(
+        lambda brain: relief_colors(*brain), ((source.surface, SOURCE), (target.surface, TARGET))
+    )
     points = np.concatenate([target.surface.vertices, aligned.vertices])
     stage = _Stage.around(points, target.frame)
     return {
@@ -211,6 +205,27 @@ def _layers(results: Results, distance: Colors, displacement: Colors) -> dict[st
         "distance": _Layer(stage, registered, distance, READABLE),
         "displacement": _Layer(stage, registered, displacement, READABLE),
     }
+
+
+def _draw_layers(
+    layers: Mapping[str, _Layer], report: Report
+) -> Mapping[tuple[str, Side], Picture]:
+    """Return the picture of each layer from each side."""
+    on_surface: dict[SurfaceMesh, list[str]] = {}
+    for name, layer in layers.items():
+        on_surface.setdefault(layer.surface, []).append(name)
+
+    def draw(key: tuple[SurfaceMesh, Side]) -> dict[tuple[str, Side], Picture]:
+        surface, side = key
+        names = on_surface[surface]
+        seen = see_surface(surface, *layers[names[0]].stage.views[side])  # all of them share it
+        own = [layers[name] for name in names]
+        drawn = [seen.painted(layer.colors, layer.ambient) for layer in own]
+        return {(name, side): picture for name, picture in zip(names, drawn, strict=True)}
+
+    keys = [(surface, side) for surface in on_surface for side in SIDES]
+    parts = side_by_side(draw, keys, report, "drawing pictures")
+    return {key: picture for part in parts for key, picture in part.items()}
 
 
 def _shot(pictures: Mapping[tuple[str, Side], Picture], plan: _Plan, side: Side) -> Shot:

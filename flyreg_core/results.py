@@ -148,5 +148,5 @@ def _lacking(names: list[str]) -> str:
     """Say which landmarks are still to be placed."""
     listed = ", ".join(names[:MOST_NAMED]) + (" and others" if len(names) > MOST_NAMED else "")
     if len(names) == 1:
-        return f"landmark {listed} is not placed on both brains and is not used"
+        return f"“{listed}” is not placed on both brains and is not used"
     return f"{len(names)} landmarks are not placed on both brains and are not used: {listed}"

@@ -17,7 +17,7 @@ from flyreg_core.cut import PIECES
 from flyreg_core.landmarks import HALVES, HalfName
 from flyreg_core.lift import Registration
 from flyreg_core.locate import TriangleGrid, build_grid, find_triangles, once_around, strip_grid
-from flyreg_core.mesh import FlatMesh, Floats, SurfaceMesh
+from flyreg_core.mesh import Floats, Integers, SurfaceMesh
 from flyreg_core.rectangle import from_plane
 
 INSIDE = 1e-9
@@ -70,6 +70,32 @@ class BrainPlaces:
         return {half: strip_grid(self.brain.halves[half].flat) for half in HALVES}
 
 
+class DrawnHalf:
+    """Finds the triangle that is drawn at a place of a half's rectangle.
+
+    With straight sides between the places of their corners some triangles overlap, or lie upside
+    down: then the last one is seen.
+    """
+
+    def __init__(self, plane: Floats, faces: Integers) -> None:
+        numbers = np.arange(len(faces))[::-1]  # the grid finds the first one
+        corners = plane[faces[numbers]]
+        along, aside = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        turned = along[:, 0] * aside[:, 1] < along[:, 1] * aside[:, 0]
+        corners[turned] = corners[turned][:, [0, 2, 1]]
+        self._grid = build_grid(corners, numbers, faces)
+        self._is_turned = turned[::-1]
+
+    def find(self, point: Floats) -> SurfacePlace | None:
+        """Return the triangle at a (2,) place, or the nearest one, and where in it; None far off."""
+        found = _find(self._grid, point)
+        if found.face < 0:
+            return None
+        if self._is_turned[found.face]:
+            return SurfacePlace(found.face, found.barycentric[[0, 2, 1]])
+        return found
+
+
 class PlaceFinder:
     """Finds one place everywhere, for one registration; built in no time, grids when first asked."""
 
@@ -85,7 +111,7 @@ class PlaceFinder:
         self._target: BrainPlaces = _kept_or_new(target, kept)
         self.registration = registration
         self._strips: dict[HalfName, TriangleGrid] = {}
-        self._planes: dict[HalfName, TriangleGrid] = {}
+        self._planes: dict[HalfName, DrawnHalf] = {}
 
     def from_source(self, place: SurfacePlace) -> SamePlace:
         """Return a place of the source, or of the registered surface, everywhere."""
@@ -121,25 +147,25 @@ class PlaceFinder:
         """Return a place of a half's rectangle everywhere; None outside it or in its hole.
 
         The source's triangle is the one that is drawn there, with straight sides between the places
-        of its corners in the rectangle.
+        of its corners in the rectangle; at the hole's corners such a side can cross the hole.
         """
-        _, beta = from_plane(point[None])
-        if not -INSIDE <= beta[0] <= 1 + INSIDE:
-            return None
         warped = self.registration.halves[half]
         if half not in self._planes:
-            self._planes[half] = _plane_grid(warped.plane, warped.flat)
-        found = _find(self._planes[half], point)
+            self._planes[half] = DrawnHalf(warped.plane, warped.flat.faces)
+        found = self._planes[half].find(point)
+        if found is None:
+            return None
+        _, beta = from_plane(point[None])
+        drawn = found.barycentric @ warped.plane[warped.flat.faces[found.face]]
+        is_drawn = np.linalg.norm(drawn - point) < INSIDE
+        if not is_drawn and not -INSIDE <= beta[0] <= 1 + INSIDE:
+            return None
         source = SurfacePlace(int(self._source.faces_of[half][found.face]), found.barycentric)
         return self.from_source(source)
 
 
 def _kept_or_new(brain: FlatBrain, kept: tuple[BrainPlaces, ...]) -> BrainPlaces:
     return next((places for places in kept if places.brain is brain), None) or BrainPlaces(brain)
-
-
-def _plane_grid(plane: Floats, flat: FlatMesh) -> TriangleGrid:
-    return build_grid(plane[flat.faces], np.arange(len(flat.faces)), flat.faces)
 
 
 def _find(grid: TriangleGrid, place: Floats) -> SurfacePlace:

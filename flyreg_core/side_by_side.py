@@ -34,6 +34,14 @@ def side_by_side(
     return made
 
 
+def both(one: Callable[[], T], other: Callable[[], R]) -> tuple[T, R]:
+    """Return what two calls return; if one raises, the other is waited for."""
+    with ThreadPoolExecutor(1, "side by side") as pool:
+        later = pool.submit(other)
+        first = one()
+        return first, later.result()
+
+
 def both_halves(
     make: Callable[[HalfName, Report], R], report: Report = ignore
 ) -> dict[HalfName, R]:

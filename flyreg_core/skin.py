@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import igl
 import numpy as np
 from scipy.spatial import KDTree
 
 from flyreg_core.affine import AffineMap
 from flyreg_core.errors import MeshError
 from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.winding_number import winding_numbers
 
 DEPTH = 0.004
 """How far above and below a surface it is asked whether that is inside, in box diagonals."""
@@ -55,11 +55,9 @@ def find_skin(mesh: SurfaceMesh, samples: int) -> Skin:
         The surface encloses nothing.
     """
     points, normals = _sample(mesh, samples)
-    tree = igl.FastWindingNumberBVH()
-    tree.init(mesh.vertices, mesh.faces)
     step = DEPTH * mesh.diagonal * normals
-    above = np.abs(tree.winding_number(points + step)) > 0.5
-    below = np.abs(tree.winding_number(points - step)) > 0.5
+    both_sides = np.vstack([points + step, points - step])
+    above, below = np.split(np.abs(winding_numbers(both_sides, mesh.vertices, mesh.faces)) > 0.5, 2)
     is_outer = above != below
     if is_outer.sum() < NEIGHBOURS:
         raise MeshError("the surface encloses nothing, so it cannot be laid on another")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -12,7 +11,8 @@ from scipy import ndimage
 from flyreg_core.errors import MeshError
 from flyreg_core.frame import DORSO_VENTRAL, LEFT_RIGHT, BrainFrame
 from flyreg_core.mesh import Booleans, Floats, Integers, SurfaceMesh
-from flyreg_core.progress import Report, in_chunks
+from flyreg_core.progress import Report
+from flyreg_core.winding_number import winding_numbers
 
 KUHN_OFFSETS = np.array([offset for offset in np.ndindex(2, 2, 2) if any(offset)], dtype=np.int64)
 """The 7 positive steps of the Kuhn grid; with their opposites, the 14 neighbours of a voxel."""
@@ -110,10 +110,9 @@ def voxelize(
     last = np.ceil(coordinates.max(axis=0) / pitch).astype(int) + MARGIN
     shape = tuple(last - first + 1)
     empty = VoxelSolid(np.zeros(shape, dtype=bool), frame, pitch * first, pitch)
-    grid = empty.positions(tuple(np.indices(shape).reshape(3, -1)))
-    bvh = igl.FastWindingNumberBVH()
-    bvh.init(mesh.vertices, mesh.faces)
-    winding_number = in_chunks(bvh.winding_number, grid, report, "finding the inside of the brain")
+    grid = empty.origin + pitch * np.indices(shape).reshape(3, -1).T
+    text = "finding the inside of the brain"
+    winding_number = frame.outwards * winding_numbers(grid, coordinates, mesh.faces, report, text)
     inside = (winding_number > 0.5).reshape(shape)
     if not inside.any():
         raise MeshError(

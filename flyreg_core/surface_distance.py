@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.progress import Report, within
+from flyreg_core.side_by_side import side_by_side
 from flyreg_core.topology import used_vertices
 
 SAMPLES = 100_000
-WORKERS, POINTS_PER_REPORT = 2, 20_000
+POINTS_PER_REPORT = 20_000
 SEED = 20_230_101
 """The samples are the same in every run, so that equal inputs give equal figures."""
 
@@ -92,15 +92,8 @@ def distances_to_surface(points: Floats, surface: SurfaceMesh, report: Report) -
     """Return the (n,) distances of points to the closest points of a surface, micrometres."""
     tree = surface.tree
     parts = np.array_split(points, max(1, -(-len(points) // POINTS_PER_REPORT)))
-    answers = []
-    pool = ThreadPoolExecutor(WORKERS)  # no search holds the interpreter's lock
-    try:
-        for done, (squared, _, _) in enumerate(pool.map(tree.nearest, parts)):
-            report(done / len(parts), "measuring distances")
-            answers.append(np.sqrt(squared))
-    finally:
-        pool.shutdown(cancel_futures=True)
-    return np.concatenate(answers)
+    squared = side_by_side(lambda part: tree.nearest(part)[0], parts, report, "measuring distances")
+    return np.sqrt(np.concatenate(squared))
 
 
 def sample_surface(surface: SurfaceMesh, samples: int) -> Floats:

@@ -11,6 +11,7 @@ from numba import njit
 from flyreg_core.errors import InputError
 from flyreg_core.mesh import Floats
 from flyreg_core.occupancy import Occupancy
+from flyreg_core.side_by_side import side_by_side
 
 TILTS = np.deg2rad(12.0) * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1.0]])
 SHIFTS = (0.0, -0.25, 0.25, -0.5, 0.5, -0.75, 0.75)
@@ -58,10 +59,12 @@ def find_symmetry_plane(occupancy: Occupancy) -> SymmetryPlane:
         Two such planes are equally good, as in a ball.
     """
     coarse = _Outline(occupancy.halved())
-    tried = [coarse.judged(plane) for plane in _starts(occupancy.halved())]
+    tried = side_by_side(coarse.judged, _starts(occupancy.halved()))
     outline = _Outline(occupancy)
-    rough = [coarse.refined(plane, COARSE_ROUNDS) for plane in _best_first(tried)[:REFINED]]
-    fine = [outline.refined(plane, CHOICE_ROUNDS) for plane in _distinct(rough, coarse.size)]
+    best_tried = _best_first(tried)[:REFINED]
+    rough = side_by_side(lambda plane: coarse.refined(plane, COARSE_ROUNDS), best_tried)
+    distinct = _distinct(rough, coarse.size)
+    fine = side_by_side(lambda plane: outline.refined(plane, CHOICE_ROUNDS), distinct)
     best, *others = _best_first(fine)
     widest = max(plane.width for plane in fine)
     rivals = [plane for plane in others if abs(plane.normal @ best.normal) < 0.7]

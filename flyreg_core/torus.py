@@ -24,8 +24,10 @@ from flyreg_core.handles import (
 )
 from flyreg_core.isosurface import extract_surface_and_voxels
 from flyreg_core.mesh import Booleans, Floats, Integers, SurfaceMesh
+from flyreg_core.pockets import DEPTH, below_lids, fill_pockets, pocket_depths
 from flyreg_core.pose import leans_right
 from flyreg_core.progress import Report, within
+from flyreg_core.side_by_side import both
 from flyreg_core.solid import VoxelSolid, close_solid, kuhn_structure
 from flyreg_core.surface_distance import distances_to_surface
 from flyreg_core.topology import unique_edges
@@ -153,14 +155,23 @@ def _make_torus(
 ) -> Torus:
     whole = close_solid(solid, CLOSING[0])
     planes = find_trim_planes(whole, trimming)
-    carving, closed, handles = _carve_open(solid, whole, planes, handles, within(report, 0.0, 0.5))
+    (carving, closed, handles), depths = both(
+        lambda: _carve_open(solid, whole, planes, handles, within(report, 0.0, 0.4)),
+        lambda: pocket_depths(solid.inside),
+    )
     drilled = drill(solid, handles)
-    is_membrane = carving.solid.inside & ~closed.inside
-    field = _depth(original, carving.solid, is_membrane, planes, within(report, 0.5, 0.8))
+    is_main = (plane_depth(solid, planes) > 0)[:, None, None]
+    filled = fill_pockets(carving, closed, drilled, depths, is_main, within(report, 0.4, 0.5))
+    is_membrane = filled.inside & ~closed.inside & (depths <= DEPTH)
+    lids = below_lids(filled, depths)
+    field = _depth(original, filled, is_membrane, lids, planes, within(report, 0.5, 0.8))
     drawn, voxels = extract_surface_and_voxels(field, solid.origin, solid.pitch)
-    origins = _origins(solid, drilled, carving.solid, planes, voxels)
-    surface = SurfaceMesh(solid.frame.points(drawn.vertices), drawn.faces)
-    surface = _return_to_original(surface, origins == 0, original, solid.pitch, report)
+    origins = _origins(solid, drilled, filled, planes, voxels)
+    rough = SurfaceMesh(solid.frame.points(drawn.vertices), drawn.faces)
+    surface, turns = both(
+        lambda: _return_to_original(rough, origins == 0, original, solid.pitch, report),
+        lambda: turns_around_the_oesophagus(rough.faces, carving, voxels[:, 1]),
+    )
     return Torus(
         surface,
         solid.frame,
@@ -170,9 +181,9 @@ def _make_torus(
         carving.chosen_by,
         carving.is_guess,
         solid.positions(np.nonzero(carving.membrane)),
-        turns_around_the_oesophagus(surface.faces, carving, voxels[:, 1]),
+        turns,
         origins,
-        _fillings(replace(solid, inside=carving.solid.inside & ~solid.inside)),
+        _fillings(replace(solid, inside=filled.inside & ~solid.inside)),
         float((solid.inside & ~drilled.inside).sum()) * solid.pitch**3,
     )
 
@@ -221,19 +232,25 @@ def _depth(
     original: SurfaceMesh,
     solid: VoxelSolid,
     is_membrane: Booleans,
+    lids: Floats,
     planes: TrimPlanes,
     report: Report,
 ) -> Floats:
     """Return how deep each voxel near the surface lies inside, micrometres; negative outside.
 
     The sign is the label's, always; the size is the distance to the original surface or to a
-    trim plane, so that the surface passes where the original does.
+    trim plane, so that the surface passes where the original does, or to the lid of a pocket.
     """
     inside, structure = solid.inside, kuhn_structure()
     near = ndimage.binary_dilation(inside, structure) & ~ndimage.binary_erosion(inside, structure)
     index = np.nonzero(near)
     positions = solid.positions(index)
-    to_surface = distances_to_surface(positions, original, report)
+    to_surface, to_lid = distances_to_surface(positions, original, report), lids[index]
+    to_surface = np.where(
+        inside[index],
+        np.where(to_lid > 0, to_lid, to_surface),
+        np.where(to_lid < 0, np.minimum(to_surface, -to_lid), to_surface),
+    )
     depth_in_planes = plane_depth(solid, planes)[index[LEFT_RIGHT]]
     size = np.where(
         inside[index],

@@ -11,13 +11,13 @@ from scipy import sparse
 
 from flyreg_core.flatten import Springs, mean_matrix, solve_means
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers
-from flyreg_core.orientation import UNDECIDED, face_orientations, sign_of_triangle
+from flyreg_core.orientation import UNDECIDED, flipped_faces, sign_of_triangle
 from flyreg_core.progress import Report
 
 RELAXATIONS = 400
 """How often vertices of flipped faces move before more of them are freed."""
 
-AT_ONCE = 20
+AT_ONCE = 100
 """Relaxations between two reports."""
 
 SMALL_STEPS = 20
@@ -55,7 +55,7 @@ class Unfolded:
 
 def count_flipped(flat: FlatMesh) -> int:
     """Return how many faces are flipped or have no area, decided exactly."""
-    return int((face_orientations(flat) <= 0).sum())
+    return int(flipped_faces(flat).sum())
 
 
 def unfold(flat: FlatMesh, net: Net, is_fixed: Booleans, report: Report) -> Unfolded:
@@ -74,7 +74,7 @@ def unfold(flat: FlatMesh, net: Net, is_fixed: Booleans, report: Report) -> Unfo
     again and again. Where that does not end, rings around flipped faces are freed and laid flat
     anew, in the end ever wider ones; when all are free the result is one-to-one by Tutte's theorem.
     """
-    flipped = face_orientations(flat) <= 0
+    flipped = flipped_faces(flat)
     folds = int(flipped.sum())
     if not folds:
         return Unfolded(flat, 0, 0)
@@ -90,7 +90,7 @@ def unfold(flat: FlatMesh, net: Net, is_fixed: Booleans, report: Report) -> Unfo
         freed |= around & ~is_fixed
         u, v = solve_means(net.springs, ~freed, flat.uv[:, 0], flat.uv[:, 1])
         flat = flat.moved(np.stack([u, v], axis=1))
-        flipped = face_orientations(flat) <= 0
+        flipped = flipped_faces(flat)
         tries += 1
         width = width if tries < SMALL_STEPS else 2 * width
     return Unfolded(flat, folds, int(flipped.sum()))
@@ -141,8 +141,8 @@ def _relax_rounds(
 ) -> None:
     """Relax `uv` and `flipped` in place, all vertices of flipped faces at once in each round."""
     bad = np.flatnonzero(flipped)
-    seen_vertex = np.full(len(uv), -1)
-    seen_face = np.full(len(faces), -1)
+    seen_vertex = np.full(len(uv), -1, dtype=np.int16)
+    seen_face = np.full(len(faces), -1, dtype=np.int16)
     for done in range(rounds):
         moving = [0 for _ in range(0)]
         for face in bad:

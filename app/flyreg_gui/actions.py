@@ -29,7 +29,7 @@ class ActionSpec:
     tip: str = ""
     is_on: bool | None = None  # None: not a switch
     needs: str = (
-        ""  # "project", "brains", "results", "current", "measured", "snapshots": grey without
+        ""  # "project", "brains", "results", "current", "measured", "snapshots", "neuropils": grey
     )
 
 
@@ -475,6 +475,16 @@ SPECS = (
         lambda w, on: w.view_area.set_markers_shown(on),
         "Show or hide landmarks",
         is_on=True,
+    ),
+    ActionSpec(
+        "show_neuropils",
+        "View",
+        "Show ne&uropils",
+        ("I",),
+        lambda w, on: w.neuropil_views.set_on(on),
+        "Show or hide the neuropils that were loaded, through the surface of their brain",
+        is_on=True,
+        needs="neuropils",
     ),
     ActionSpec(
         "own_names",

@@ -18,12 +18,13 @@ from flyreg_core.project import Project
 from flyreg_core.project_file import load_project, read_notes, save_project
 from flyreg_gui.failures import sentence_for
 from flyreg_gui.session import Session
+from flyreg_gui.steps import short_name
 
 DEFAULT_SECONDS = 3
 """How long a change waits at most until it is kept."""
 SUFFIX, LOCK_SUFFIX = ".flyreg", ".lock"
-PATH, TIME = "path", "time"
-"""The notes in an autosaved file: which project file it belongs to, and when it was written."""
+PATH, TIME, BRAINS = "path", "time", "brains"
+"""The notes in an autosaved file: the project file it belongs to, when it was written, of what."""
 
 
 def autosave_folder() -> Path:
@@ -101,6 +102,7 @@ class Autosave(QObject):
         notes = {
             PATH: None if path is None else str(path.absolute()),
             TIME: datetime.now().astimezone().isoformat(timespec="seconds"),
+            BRAINS: f"{short_name(project.source.input)} on {short_name(project.target.input)}",
         }
         return self._executor.submit(self._write, self._with_view(project), notes)
 
@@ -148,6 +150,7 @@ class LeftOver:
     project_path: Path | None  # the file it belongs to; None if it was never saved
     time: datetime
     lock: QLockFile
+    brains: str | None = None  # their names, for people
 
     def load(self) -> Project:
         """Return the project.
@@ -174,7 +177,8 @@ class LeftOver:
         """What the user reads about it."""
         day = self.time.strftime("%d %B, %H:%M")
         if self.project_path is None:
-            return f"Recover a project that was never saved, as it was on {day}?"
+            what = self.brains or "a project"
+            return f"Recover {what} that was never saved, as it was on {day}?"
         name = self.project_path.name
         try:
             saved = datetime.fromtimestamp(self.project_path.stat().st_mtime).astimezone()
@@ -199,7 +203,8 @@ def find_left_overs(folder: Path | None = None) -> list[LeftOver]:
             lock.unlock()
             continue
         project = notes.get(PATH)
-        found.append(LeftOver(path, None if project is None else Path(project), written, lock))
+        belongs_to = None if project is None else Path(project)
+        found.append(LeftOver(path, belongs_to, written, lock, notes.get(BRAINS)))
     return sorted(found, key=lambda left: left.time, reverse=True)
 
 

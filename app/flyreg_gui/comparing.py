@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from flyreg_core.apart import Limits
 from flyreg_core.comparison import Comparison, Row, compare
 from flyreg_core.comparison_pictures import draw_methods
 from flyreg_core.comparison_report import comparison_report, write_comparison
+from flyreg_core.errors import Cancelled
 from flyreg_core.picture import Picture
 from flyreg_core.point_files import read_point_pairs_um
 from flyreg_core.progress import Report, within
@@ -39,14 +41,15 @@ class Answer:
 
 
 def answer(question: Question, tell: Callable[[Row], None], report: Report) -> Answer:
-    """Compare as asked; see `comparison.compare`."""
+    """Compare as asked; see `comparison.compare`. What was cancelled may still come to something."""
     project = question.project
     truth = None
     if question.points is not None:
         truth = read_point_pairs_um(question.points, project, question.unit)
     part = within(report, 0.0, 0.97)
     found = compare(project, question.methods, truth, question.limits, part, tell)
-    report(0.97, "drawing the surfaces")
+    with suppress(Cancelled):  # what is ready is worth being drawn
+        report(0.97, "drawing the surfaces")
     facts = comparison_report(found, project.source.input, project.target.input, question.limits)
     return Answer(question, found, facts, draw_methods(found))
 

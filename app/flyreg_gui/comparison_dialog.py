@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from flyreg_core.apart import Limits
-from flyreg_core.comparison import Row
+from flyreg_core.comparison import CANCELLED, Row
 from flyreg_core.comparison_pictures import SIZE
 from flyreg_core.comparison_report import row_report
 from flyreg_core.picture import Picture
@@ -200,8 +200,11 @@ class ComparisonDialog(WorkingDialog):
         self.pictures.show()
         outside = found.comparison.points_outside
         left_out = f"; {outside} points are too far from the main brain and left out"
+        cancelled = (
+            "" if found.comparison.is_complete else "Cancelled; what was ready can be saved. "
+        )
         self._say(
-            f"{_pair(found.question.project)}, all from the front, at one scale"
+            f"{cancelled}{_pair(found.question.project)}, all from the front, at one scale"
             f"{left_out if outside else ''}"
         )
         self._show_busy(False)
@@ -221,8 +224,9 @@ class ComparisonDialog(WorkingDialog):
     def _on_stopped(self) -> None:
         self._end()
         for name in self._waiting():
-            self.table.say(name, "cancelled")
-        self._say("Cancelled; the rows that were ready stay.")
+            self.table.say(name, CANCELLED)
+        early = "Cancelled before flyreg had registered; nothing is ready."
+        self._say(early if self.answer is None else "Cancelled")
 
     def _waiting(self) -> list[str]:
         """Return the methods that came to nothing yet."""
@@ -290,5 +294,5 @@ def _pair(project: Project) -> str:
 
 def _icon(picture: Picture) -> QIcon:
     width, height = SIZE
-    image = QImage(picture.tobytes(), width, height, 3 * width, QImage.Format.Format_RGB888)
+    image = QImage(picture.tobytes(), width, height, 4 * width, QImage.Format.Format_RGBA8888)
     return QIcon(QPixmap.fromImage(image))

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
-from flyreg_core.comparison import FLYREG, METHODS
+from flyreg_core.comparison import FLYREG, METHODS, OWN
 from flyreg_core.report_page import looked_up
 from flyreg_core.rivals.table import RIVAL_OF
 from flyreg_gui.theme import current_theme
@@ -22,13 +22,12 @@ COLUMNS: tuple[tuple[str, str, float, int, str], ...] = (
     ("TRE", "tre_mean_um", 1, 2, "Target registration error on the points, mean, µm"),
     ("TRE 95 %", "tre_p95_um", 1, 2, "95th percentile of the target registration error, µm"),
     ("Folded %", "folded_share", 100, 3, "Share of the source's area that was folded over"),
-    ("s", "seconds", 1, 1, "Time, seconds; of flyreg from the files on"),
-    ("MB", "peak_memory_mb", 1, 0, "Most memory of its process, megabytes"),
+    ("Time, s", "seconds", 1, 1, "Time, seconds; of flyreg from the files on"),
+    ("Memory, MB", "peak_memory_mb", 1, 0, "Most memory of its process, megabytes"),
 )
 """Header, key in the facts of a row, factor, digits, and tip."""
 PADDING = 6
 """Of a row, pixels."""
-OWN = "this program, from the files to the registered surface"
 CHECKED, UNCHECKED = Qt.CheckState.Checked, Qt.CheckState.Unchecked
 
 

@@ -29,6 +29,12 @@ def sentence_for(error: BaseException) -> str:
     return _log(error)
 
 
+def as_sentence(text: str) -> str:
+    """Return a text with a capital at its beginning, unless it begins with the name of a file."""
+    first = text.split(maxsplit=1)[0] if text.strip() else ""
+    return text if set("./\\_") & set(first.rstrip(",.:;")) else text[:1].upper() + text[1:]
+
+
 def _log(error: BaseException) -> str:
     path = log_path()
     try:

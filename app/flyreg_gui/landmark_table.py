@@ -270,7 +270,7 @@ class LandmarkTable(QAbstractTableModel):
             case Column.WEIGHT:
                 return format_weight(row.pair.weight)
             case Column.RESIDUAL if row.lacking:
-                return "half made" if " and " not in row.lacking else "to place"
+                return "half" if " and " not in row.lacking else "none"  # the column is narrow
         number = self._judged.number(column, row.pair.id)
         if number is None:
             return ""

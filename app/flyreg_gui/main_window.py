@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QPoint, Qt
-from PySide6.QtGui import QCloseEvent, QKeyEvent, QPixmap
+from PySide6.QtGui import QCloseEvent, QPixmap
 from PySide6.QtWidgets import (
     QAbstractButton,
     QDockWidget,
@@ -60,13 +60,18 @@ from flyreg_gui.theme import Scheme, Theme, current_theme, set_scheme
 from flyreg_gui.tour import Tour
 from flyreg_gui.trim_mode import TrimMode
 from flyreg_gui.tunnels import Tunnels, guess_of
+from flyreg_gui.typing_first import TypingFirst
 from flyreg_gui.view_commands import ViewCommands
 from flyreg_gui.view_state import read_view_state, view_state
 from flyreg_gui.views.graphics import PRINT, samples_per_pixel
+from flyreg_gui.views.neuropil_views import NeuropilViews
 from flyreg_gui.views.view_area import ViewArea
 
 BLEND_AT_FIRST = 20
 """How much of the target shows through, in per cent."""
+
+HISTORY_HEIGHT = 150
+"""Pixels, enough for the last changes beside the steps."""
 
 SHORT_TEXTS = {
     "trim": "Trim and cut",
@@ -96,8 +101,10 @@ class MainWindow(QMainWindow):
         super().__init__()
         self.setObjectName("flyreg")
         self.preferences = Preferences()
-        self.runner = Runner(PreparingPipeline(pipeline), self)
+        preparing = PreparingPipeline(pipeline, self)
+        self.runner = Runner(preparing, self)
         self.session = Session(self.runner, self)
+        preparing.brain_read.connect(self.session.take_read)
         self.selection = Selection(self)
         self.mode = LandmarkMode(self.session, self.selection, self)
         self.tunnels = Tunnels(self.session, self)
@@ -120,6 +127,7 @@ class MainWindow(QMainWindow):
             *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
             *(self.judging, self.coloring),
         )
+        self.neuropil_views = NeuropilViews(self.neuropils, self.view_area.frames_of_brains)
         self.view_commands = ViewCommands(self.view_area, self.selection)
         self.steps = StepsPanel(self.session, self.tunnels, self.trim)
         self.landmarks = LandmarksPanel(self.session, self.selection)
@@ -149,6 +157,7 @@ class MainWindow(QMainWindow):
         }
         self.modes = Modes(modes, self.actions_by_name, self.status, self)
         self._spare_buttons()
+        self._typing_first = TypingFirst(self)
         self._connect()
         self._show_theme()
         self._show_state()
@@ -160,7 +169,7 @@ class MainWindow(QMainWindow):
         self._stack = QStackedWidget()
         self._stack.addWidget(self.start)
         self._stack.addWidget(self.view_area)
-        center = QWidget()
+        center = self._center = QWidget()
         layout = QVBoxLayout(center)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -177,6 +186,7 @@ class MainWindow(QMainWindow):
         self.docks = []
         self.history = QUndoView(self.session.undo_stack)
         self.history.setEmptyLabel("As opened")
+        self.history.setMinimumHeight(HISTORY_HEIGHT)
         self.history.setAccessibleName("History of changes")
         self.history.setToolTip("Click a state to go back or forth to it")
         for title, widget, area in (
@@ -223,9 +233,11 @@ class MainWindow(QMainWindow):
         self.landmarks.accept_button.clicked.connect(self.actions_by_name["accept"].trigger)
         self.landmarks.model.ticked.connect(self.landmark_commands.set_acting)
         self.landmarks.menu_asked.connect(self._on_menu_asked)
+        self.landmarks.table.searched.connect(self._on_searched)
         self.landmarks.neighbourhood.asked.connect(self.landmark_commands.weigh_near)
         self.landmarks.neighbourhood.load_asked.connect(self.landmark_commands.load_neuropils)
         self.neuropils.changed.connect(self._on_neuropils)
+        self.view_area.brains_shown.connect(self.neuropil_views.show)
         self.neuropils.refused.connect(self.show_problem)
         self.landmarks.look_at_asked.connect(self.view_area.look_at)
         self.view_area.pointer.moved.connect(self.status.show_place)
@@ -257,7 +269,8 @@ class MainWindow(QMainWindow):
         self.selection.select(self.landmarks.model.ids)
 
     def escape(self) -> None:
-        """Abandon what is half made, or else select nothing."""
+        """Abandon what is half made, or else select nothing; the keys are the window's again."""
+        self._center.setFocus()
         if self.blink.is_on:
             self.blink.set_on(False)
         elif not self.modes.abandon():
@@ -342,6 +355,9 @@ class MainWindow(QMainWindow):
         menu.exec(place)
         menu.deleteLater()
 
+    def _on_searched(self, letter: str) -> None:
+        self.say(f"Looked for “{letter}” in the list; Esc, or a click in a view, frees the keys")
+
     def _on_neuropils(self) -> None:
         self.landmarks.neighbourhood.show_names(list(self.neuropils.by_name))
 
@@ -376,6 +392,7 @@ class MainWindow(QMainWindow):
         met = set()
         if session.project is not None:
             met.add("project")
+            met |= {"neuropils"} if session.project.neuropils else set()
         if session.brain("source") is not None or session.brain("target") is not None:
             met.add("brains")
         if session.results is not None:
@@ -422,18 +439,6 @@ class MainWindow(QMainWindow):
             self.fold_alarm.show_theme(theme)
             self.steps.show_theme(theme)
             self.judge.show_theme(theme)
-
-    def event(self, event: QEvent) -> bool:
-        """Leave Space to a button that the keyboard went to, before the shortcut gets it."""
-        if (
-            event.type() == QEvent.Type.ShortcutOverride
-            and isinstance(event, QKeyEvent)
-            and event.key() == Qt.Key.Key_Space
-            and isinstance(self.focusWidget(), QAbstractButton)
-        ):
-            event.accept()
-            return True
-        return super().event(event)
 
     def changeEvent(self, event: QEvent) -> None:
         """Follow the system from light to dark and back."""

@@ -6,15 +6,20 @@ import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from PySide6.QtCore import QObject, Signal
+
 from flyreg_core.edits import brain_of
 from flyreg_core.errors import FlyregError, InputError, MeshError, TopologyError
 from flyreg_core.frame import BrainFrame
 from flyreg_core.handles import Handle, HandleParameters, as_point
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.pipeline import Pipeline
-from flyreg_core.progress import Report
+from flyreg_core.progress import Report, within
 from flyreg_core.project import Brain, Project, Role
 from flyreg_core.results import Results
+
+READING = 0.02
+"""Share of the work, for its bar."""
 
 ROLES: tuple[Role, Role] = ("source", "target")
 
@@ -44,10 +49,13 @@ class PreparingError(Exception):
         self.error, self.remains = error, remains
 
 
-class PreparingPipeline:
-    """The pipeline, which tells after a failure which brain cannot be prepared."""
+class PreparingPipeline(QObject):
+    """The pipeline, which tells what it read, and after a failure which brain cannot be prepared."""
 
-    def __init__(self, pipeline: Pipeline) -> None:
+    brain_read = Signal(object, object, object)  # Project, Role, RawBrain, before preparing begins
+
+    def __init__(self, pipeline: Pipeline, parent: QObject | None = None) -> None:
+        super().__init__(parent)
         self._pipeline = pipeline
 
     def run(self, project: Project, report: Report, measure: bool) -> Results:
@@ -60,11 +68,20 @@ class PreparingPipeline:
         FlyregError, Cancelled
             See `Pipeline.run`.
         """
+        if not self._pipeline.is_prepared(project):
+            self._read(project, within(report, 0.0, READING))
         try:
             return self._pipeline.run(project, report, measure)
         except (InputError, MeshError, TopologyError) as error:
             role = self._role_of_failure(project, report)
             raise PreparingError(error, self._remains(project, role, error, report)) from error
+
+    def _read(self, project: Project, report: Report) -> None:
+        """Read both brains and tell of it; why one cannot be read is told by the run that follows."""
+        for role in ROLES:
+            with contextlib.suppress(FlyregError, OSError):
+                raw = RawBrain(*self._pipeline.raw(brain_of(project, role), report))
+                self.brain_read.emit(project, role, raw)
 
     def _role_of_failure(self, project: Project, report: Report) -> Role:
         """Return the brain that is to blame: that which cannot be prepared alone either."""

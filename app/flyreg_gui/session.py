@@ -16,7 +16,7 @@ from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.project import Project, Role
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.failures import sentence_for
-from flyreg_gui.preparing import PreparingError, Remains
+from flyreg_gui.preparing import PreparingError, RawBrain, Remains
 from flyreg_gui.runner import Run, Runner
 
 NO_GESTURE = -1
@@ -59,6 +59,7 @@ class Session(QObject):
     project_changed = Signal(object)  # Project or None
     results_changed = Signal(object)  # Results or None
     remains_changed = Signal(object)  # Remains or None: what is left where preparing failed
+    read_changed = Signal()  # what was read of the brains, before there are results
     state_changed = Signal()  # what runs, what failed, what is saved
     progressed = Signal(float, str)
     ran_beside = Signal(object, object)  # Project and Results that are not of the open project
@@ -71,6 +72,7 @@ class Session(QObject):
         self.path: Path | None = None
         self.failure: Failure | None = None
         self.remains: Remains | None = None  # until there are results
+        self.read: dict[Role, RawBrain] = {}  # until there are results
         self.seconds: float | None = None  # that the picture on show took, without measuring
         self.work = ""  # what the running work reported last
         self.undo_stack = QUndoStack(self)
@@ -105,6 +107,7 @@ class Session(QObject):
         if is_recovered:
             self.undo_stack.resetClean()
         self.path, self.results, self.seconds = path, None, None
+        self.read = {}
         self._first = self._submit(project)
         self._set_remains(None)
         self.results_changed.emit(None)
@@ -133,6 +136,12 @@ class Session(QObject):
         """Run the project once more, after it was stopped."""
         if self.project is not None:
             self._set(self.project)
+
+    def take_read(self, project: Project, role: Role, brain: RawBrain) -> None:
+        """Take what was read of a brain of the open project, to be shown until it is prepared."""
+        if project is self.project and self.results is None:
+            self.read[role] = brain
+            self.read_changed.emit()
 
     def run_beside(self, project: Project) -> None:
         """Run a project that is not the open one, for `show_beside`."""
@@ -242,7 +251,7 @@ class Session(QObject):
         self._end(run)
         if run.number >= self._first and run.number > self._shown:
             self._shown = run.number
-            self.results = results
+            self.results, self.read = results, {}
             self._set_remains(None)
             if not run.measure:
                 self.seconds = seconds

@@ -8,6 +8,7 @@ from enum import Enum, IntEnum
 from flyreg_core.errors import InputError, LandmarkError
 from flyreg_core.project import BrainInput, Project
 from flyreg_core.results import PreparedBrain, Results
+from flyreg_gui.failures import as_sentence
 from flyreg_gui.session import Failure, Session
 
 
@@ -132,7 +133,7 @@ def _details(session: Session) -> dict[Step, list[str]]:
         }
         others = [text for text in results.warnings if text not in about_brains]
         details[Step.FLATTEN] = [_describe_halves(results)]
-        details[Step.REGISTER] = [_describe_registration(results), *others]
+        details[Step.REGISTER] = [_describe_registration(results), *map(as_sentence, others)]
         details[Step.JUDGE] = _describe_distances(results)
         details[Step.TAKE_AWAY] = ["Registered mesh, project, picture"]
     return details

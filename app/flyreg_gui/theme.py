@@ -36,6 +36,16 @@ TRIM: Color = (213, 94, 0)
 CUT: Color = (0, 158, 115)
 """The trim planes, and the sheet that divides the halves."""
 
+NEUROPILS: tuple[Color, ...] = (  # Okabe and Ito's palette without its black
+    (213, 94, 0),
+    (0, 158, 115),
+    (204, 121, 167),
+    (240, 228, 66),
+    (0, 114, 178),
+    (230, 159, 0),
+    (86, 180, 233),
+)
+
 
 @dataclass(frozen=True)
 class Theme:

@@ -15,13 +15,15 @@ from typing import Any
 
 from flyreg_core.affine import AffineMap
 from flyreg_core.mesh import Floats, SurfaceMesh
-from flyreg_core.progress import Report
+from flyreg_core.progress import Report, ignore, in_chunks
 from flyreg_core.rivals.rival import Moved, moved_by
 from flyreg_core.surface_distance import sample_surface
 
 DENSE_POINTS = 2000
 """Points of each brain, spread evenly over its surface, where time grows with their cube."""
 LOW_RANK_POINTS, RANK = 5000, 300
+POINTS_AT_ONCE = 5000
+"""As many are carried at once: each takes as many kernel values as there are points of the source."""
 BETA, LAMBDA = 2.0, 3.0
 SETTINGS: dict[str, Any] = {
     "normalize": True,
@@ -71,7 +73,11 @@ def drift_freely(
         low_rank_method="pivoted_cholesky",
         **SETTINGS,
     )
-    return moved_by(found.transform, source)
+
+    def carry(points: Floats) -> Floats:
+        return in_chunks(found.transform, points, ignore, "", POINTS_AT_ONCE)
+
+    return moved_by(carry, source)
 
 
 def _points(

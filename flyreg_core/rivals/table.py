@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from flyreg_core.rivals.bending_mesh import COARSE_VERTICES, bend_mesh
+from flyreg_core.rivals.bending_mesh import ROUNDS, bend_mesh
 from flyreg_core.rivals.closest_point_methods import (
     closest_points_affine,
     closest_points_rigid,
@@ -65,7 +65,8 @@ RIVALS = (
     ),
     Rival(
         "nricp",
-        f"optimal step non-rigid ICP, source reduced to {COARSE_VERTICES} vertices",
+        "optimal step non-rigid ICP after affine ICP, from stiff to soft, source reduced to "
+        + " and then ".join(f"{each.vertices} vertices" for each in ROUNDS),
         bend_mesh,
         package="rtree",
     ),

@@ -13,7 +13,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QApplication
 
 from tests.app.hands import LEFT, drag, drawn, press
-from tests.app.picks import mispicks
+from tests.app.picks import surface_mispicks
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 
@@ -148,7 +148,7 @@ def test_a_cut_opens_all_brains_and_what_is_cut_away_cannot_be_clicked(qtbot, wi
     area.cut_bar.axis.setCurrentIndex(1)  # left-right: the animal's left is taken away
     QApplication.processEvents()
     for view in (area.source, area.target):
-        assert mispicks(view, 60, 3) == []
+        assert surface_mispicks(view, 60, 3) == []
     hidden = [
         m.pair.id
         for m in results.landmarks

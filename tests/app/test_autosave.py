@@ -117,6 +117,17 @@ def test_what_is_left_is_offered_recovered_as_unsaved_and_kept_again(qtbot, empt
     assert load_project(nowhere).smoothing == 0.75
 
 
+def test_what_was_never_saved_is_offered_by_the_names_of_its_brains(empty_window, nowhere):
+    empty_window.session.open(load_project(nowhere))
+    edit(empty_window)
+    assert empty_window.autosave.save_now()
+    (own,) = kept_files()
+    shutil.copy(own, own.with_name("another.flyreg"))  # as a program leaves it that was killed
+    bar = empty_window.recovery
+    bar.look()
+    assert "Recover gone on gone that was never saved" in bar.text
+
+
 def test_what_is_left_can_wait_or_be_discarded(qtbot, empty_window, nowhere):
     kept = leave_over(load_project(nowhere), nowhere, -7200)
     bar = empty_window.recovery

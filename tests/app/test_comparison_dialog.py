@@ -105,8 +105,7 @@ def test_rows_appear_as_methods_end_and_are_saved_as_the_command_writes_them(
     assert not dialog.save_button.isEnabled()
     qtbot.mouseClick(dialog.start_button, LEFT)
     assert dialog.table.text("none", "Mean") == "waiting…"
-    qtbot.waitUntil(lambda: dialog.table.text("none", "TRE") != "", timeout=LONG_MS)
-    assert dialog.table.text("flyreg", "Mean") == "waiting…"
+    qtbot.waitUntil(lambda: dialog.table.text("flyreg", "TRE") != "", timeout=LONG_MS)
     assert dialog.cancel_button.isVisible()
     qtbot.waitUntil(lambda: dialog.answer is not None, timeout=LONG_MS)
     assert dialog.pictures.count() == 4
@@ -131,7 +130,24 @@ def test_rows_appear_as_methods_end_and_are_saved_as_the_command_writes_them(
     assert [url.toLocalFile() for url in opened] == [str(folder / "compare.html")]
 
 
-def test_cancelling_ends_the_processes_and_keeps_what_was_ready(qtbot, dialog):
+def test_what_was_ready_when_it_was_cancelled_can_be_saved_as_incomplete(qtbot, dialog, tmp_path):
+    tick_only(qtbot, dialog, ("none", "cpd-nonrigid"))
+    qtbot.mouseClick(dialog.start_button, LEFT)
+    qtbot.waitUntil(lambda: dialog.table.text("none", "RMS") != "", timeout=LONG_MS)
+    qtbot.mouseClick(dialog.cancel_button, LEFT)
+    qtbot.waitUntil(lambda: "Cancelled" in dialog.note.text(), timeout=LONG_MS)
+    assert workers() == []
+    assert dialog.table.text("cpd-nonrigid", "Mean") == "cancelled"
+    answer_folder(tmp_path)
+    qtbot.mouseClick(dialog.save_button, LEFT)
+    qtbot.waitUntil(dialog.page_button.isEnabled, timeout=LONG_MS)
+    facts = json.loads((tmp_path / "compare.json").read_text())
+    assert not facts["is_complete"]
+    assert [row["status"] for row in facts["rows"]] == ["done", "cancelled"]
+    assert "cancelled after 1 of 2 methods" in (tmp_path / "compare.html").read_text()
+
+
+def test_cancelling_ends_the_processes(qtbot, dialog):
     qtbot.mouseClick(dialog.start_button, LEFT)
     qtbot.waitUntil(lambda: workers() != [], timeout=LONG_MS)
     running = workers()

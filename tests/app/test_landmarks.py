@@ -68,7 +68,7 @@ def test_a_half_made_pair_is_seen_in_view_and_table_and_survives_the_mode(qtbot,
     press(qtbot, window, Qt.Key.Key_Space)
     settle(qtbot, window)
     assert window.session.project.pairs == (pair,)
-    assert text_of(window, pair.id, Column.RESIDUAL) == "half made"
+    assert text_of(window, pair.id, Column.RESIDUAL) == "half"
     at = QPointF(pixel(view.canvas, pair.source))
     assert view.landmark_at(at) == pair.id
     enter_mode(qtbot, window)

@@ -13,6 +13,7 @@ from flyreg_core.project_file import save_project
 pytest.importorskip("PySide6")
 from flyreg_gui.landmark_table import ID_ROLE, Column
 from flyreg_gui.main import INPUT_ERROR, main
+from flyreg_gui.panels.landmarks import format_smoothing
 from flyreg_gui.panels.weight_column import groove_of
 from flyreg_gui.steps import State, Step
 from PySide6.QtCore import QPoint, QPointF, QRect, Qt, QTimer
@@ -275,11 +276,20 @@ def test_a_suggestion_is_accepted_or_dropped(qtbot, window):
     assert not {kept.id, dropped.id} & acting
 
 
-def test_the_smoothing_of_cross_validation_is_one_click_away(qtbot, window):
-    best = window.session.results.judgement.cross_validation.best
-    qtbot.mouseClick(window.landmarks.best_button, LEFT)
-    assert window.session.project.smoothing == best
+def test_the_smoothing_that_cross_validation_speaks_for_is_one_click_away(qtbot, window):
+    panel, curve = window.landmarks, window.session.results.judgement.cross_validation
+    advice = curve.advise(window.session.project.smoothing)
+    advised = advice.smoothing
+    if advised is None:
+        assert not panel.best_button.isEnabled()
+        assert advice.reason in panel.best_button.toolTip()
+        return
+    assert panel.best_button.text() == f"Take λ = {format_smoothing(advised)}"
+    qtbot.mouseClick(panel.best_button, LEFT)
+    assert window.session.project.smoothing == advised
     settle(qtbot, window)
+    assert not panel.best_button.isEnabled()
+    assert "no other smoothing" in panel.best_button.toolTip()
 
 
 def test_cancelling_a_preparation_keeps_what_is_on_show(qtbot, window):

@@ -92,6 +92,17 @@ def test_a_program_that_finds_prepared_brains_gives_the_same_results(kept, demo_
     assert second.distances == first.distances
 
 
+def test_brains_that_are_kept_count_as_prepared_and_others_do_not(kept, demo_project, tmp_path):
+    cache, pipeline, _ = kept
+    other = replace(demo_project, source=replace(demo_project.source, cut=CutParameters(3.0)))
+    for known in (pipeline, Pipeline(cache)):
+        assert known.is_prepared(demo_project)
+        assert known.is_prepared(edits.set_smoothing(demo_project, 0.5))
+        assert not known.is_prepared(other)
+    assert not Pipeline(Cache(tmp_path)).is_prepared(demo_project)
+    assert not Pipeline().is_prepared(demo_project)
+
+
 def test_edits_after_opening_are_those_of_brains_prepared_anew(kept, demo_project):
     cache, prepared, _ = kept
     edited = edits.set_brain(

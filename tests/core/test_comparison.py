@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import psutil
 import pytest
+from PIL import Image
 
 from flyreg_core.affine import AffineMap
 from flyreg_core.apart import STARTED, Limits, run_apart
@@ -176,6 +177,16 @@ def test_a_rival_run_apart_comes_to_the_same_as_here() -> None:
     assert isinstance(there.value, MovedSource)
     assert np.array_equal(there.value.vertices, here.vertices)
     assert np.array_equal(there.value.points, here.points)
+
+
+def test_pictures_have_no_ground_of_their_own_and_fit_light_and_dark_pages(compared: Path) -> None:
+    for name in ("target", "flyreg"):
+        picture = np.asarray(Image.open(compared / f"{name}.png"))
+        assert picture.shape[2] == 4
+        assert (picture[0, :, 3] == 0).all()
+        assert (picture[..., 3] == 255).mean() > 0.1
+    sheet = np.asarray(Image.open(compared / "compare.png"))  # with dark names on it
+    assert sheet.shape[2] == 3
 
 
 def test_a_report_that_cancels_leaves_no_process() -> None:

@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flyreg_core.cross_validation import (
+    AS_GOOD,
     SMOOTHINGS,
     cross_validate,
     find_spectrum,
@@ -99,3 +100,57 @@ def test_landmarks_that_agree_with_an_affine_map_have_no_error():
     targets = sources @ [[1.1, 0.1], [-0.2, 0.9]] + 0.3
     errors = leave_one_out(find_spectrum(sources, targets, weights), 0.01)
     assert np.nanmax(np.abs(errors)) < 1e-9
+
+
+def curve(targets_of, seed=3):
+    """The cross-validation of 120 landmarks, and the landmarks."""
+    rng = np.random.default_rng(seed)
+    sources = rng.uniform(-1, 1, (120, 2))
+    targets = targets_of(sources, rng)
+    return cross_validate([find_spectrum(sources, targets, np.ones(120))]), sources, targets
+
+
+def bent(sources, _rng):
+    return sources + 0.2 * np.sin(2 * sources[:, ::-1])
+
+
+def bent_and_noisy(sources, rng):
+    return bent(sources, rng) + rng.normal(scale=0.05, size=sources.shape)
+
+
+def nearly_affine(sources, rng):
+    return 1.02 * sources + rng.normal(scale=0.01, size=sources.shape)
+
+
+def test_noisy_landmarks_speak_for_a_smoothing_and_then_for_no_other():
+    scores, _, _ = curve(bent_and_noisy)
+    advised = scores.advise(1e-6).smoothing
+    assert advised == scores.best
+    assert scores.advise(advised).smoothing is None
+    assert "as well as with any other" in scores.advise(advised).reason
+
+
+def test_landmarks_that_hardly_bend_speak_for_no_smoothing_that_would_erase_one_of_them():
+    """Among 119 that agree with an affine map, what the 120th says alone would be lost."""
+
+    def one_of_its_own(sources, rng):
+        targets = nearly_affine(sources, rng)
+        targets[0] += 0.03
+        return targets
+
+    scores, sources, targets = curve(one_of_its_own)
+    assert scores.best == SMOOTHINGS[-1]
+    erased = fit_thin_plate_spline(sources, targets, np.ones(120), scores.best)(sources[:1])
+    assert np.linalg.norm(erased - targets[0]) > 0.02
+    advice = scores.advise(1e-2)
+    assert advice.smoothing is None
+    assert "to the end of the scale" in advice.reason
+
+
+@given(seed=SEEDS, present=SMOOTHING, kind=st.sampled_from([bent_and_noisy, nearly_affine]))
+def test_what_is_advised_foretells_clearly_better_than_the_present_smoothing(seed, present, kind):
+    scores, _, _ = curve(kind, seed)
+    advised = scores.advise(present).smoothing
+    if advised is not None:
+        assert scores.error_at(advised) == pytest.approx(1.0)
+        assert min(scores.error_at(present), scores.error_at(SMOOTHINGS[-1])) >= AS_GOOD

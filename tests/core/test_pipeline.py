@@ -257,7 +257,7 @@ def test_a_half_made_landmark_is_named_and_not_used(
 ) -> None:
     pair = replace(interior_pair(results), target=None, name="calyx")
     half_made = pipeline.run(edits.add_pair(demo_project, pair))
-    assert "landmark calyx is not placed on both brains and is not used" in half_made.warnings
+    assert "“calyx” is not placed on both brains and is not used" in half_made.warnings
     assert np.array_equal(
         half_made.registration.surface.vertices, results.registration.surface.vertices
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton
 
+from flyreg_gui.failures import as_sentence
 from flyreg_gui.theme import Theme, css
 
 
@@ -43,7 +44,7 @@ class Banner(QFrame):
         """Show a sentence and offer help by a button; an empty one takes the banner away."""
         self.help_button.setText(offer)
         self.help_button.setVisible(bool(offer))
-        self._text.setText(sentence[:1].upper() + sentence[1:])
+        self._text.setText(as_sentence(sentence))
         self.setVisible(bool(sentence))
 
     def show_theme(self, theme: Theme) -> None:

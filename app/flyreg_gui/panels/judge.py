@@ -20,6 +20,7 @@ from flyreg_gui import marker_colors
 from flyreg_gui.judging import ORIGINS, PLAIN, STATUS_COLORS, Judged, Judging, text_of
 from flyreg_gui.marker_colors import MarkerColoring
 from flyreg_gui.theme import Theme
+from flyreg_gui.views.origins import MEANINGS
 
 HEIGHT = 90
 CHOICES = (
@@ -158,6 +159,9 @@ class JudgePanel(QScrollArea):
 
 
 def _note(judging: Judging) -> str:
+    if judging.is_by_origin:
+        kinds = "\n".join(f"{name}: {meaning}" for name, meaning in MEANINGS.items())
+        return f"What preparing the brains has changed; the legends tell how much.\n\n{kinds}"
     if not judging.is_quantity:
         return (
             "Choose what the brains are coloured by: how far each place was moved, how far apart the "

@@ -22,12 +22,13 @@ from PySide6.QtWidgets import (
 )
 
 from flyreg_core import edits
+from flyreg_core.cross_validation import Advice
 from flyreg_core.errors import FlyregError
 from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.project import Project
 from flyreg_gui.landmark_table import ID_ROLE, SORT_ROLE, LandmarkTable, format_weight
 from flyreg_gui.panels.neighbourhood import NeighbourhoodBar
-from flyreg_gui.panels.smoothing_curve import SmoothingCurve
+from flyreg_gui.panels.smoothing_curve import NOT_YET, SmoothingCurve
 from flyreg_gui.panels.weight_column import LandmarkTableView
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
@@ -151,9 +152,9 @@ class LandmarksPanel(QWidget):
             self._session.edit("change smoothing", edits.set_smoothing(project, smoothing))
 
     def _on_best(self) -> None:
-        best = self._best_smoothing()
-        if best is not None:
-            self._on_smoothing(best)
+        suggested = self._suggested_smoothing()
+        if suggested is not None:
+            self._on_smoothing(suggested)
 
     @property
     def suggested(self) -> list[LandmarkPair]:
@@ -166,12 +167,12 @@ class LandmarksPanel(QWidget):
         pairs = (self.model.pair_of(identifier) for identifier in self._selection.ids)
         return [pair for pair in pairs if pair is not None]
 
-    def _best_smoothing(self) -> float | None:
-        """Return the smoothing that cross-validation finds, once the newest results are judged."""
-        results = self._session.results
-        if results is None or results.judgement is None:
+    def _suggested_smoothing(self) -> float | None:
+        """Return the smoothing that cross-validation speaks for, once the newest results are judged."""
+        project, results = self._session.project, self._session.results
+        if project is None or results is None or results.judgement is None:
             return None
-        return results.judgement.cross_validation.best
+        return results.judgement.cross_validation.advise(project.smoothing).smoothing
 
     def _on_renamed(self, identifier: str, name: str) -> None:
         project = self._session.project
@@ -206,17 +207,19 @@ class LandmarksPanel(QWidget):
             judged = None if results is None else results.judgement
             curve = None if judged is None else judged.cross_validation
             self.curve.show_curve(curve, project.smoothing)
-        best = self._best_smoothing()
-        self.best_button.setEnabled(best is not None)
-        shown = self.curve.best if project is not None else None
-        self.best_button.setText(
-            "λ by cross-validation" if shown is None else f"Take λ = {format_smoothing(shown)}"
-        )
-        self.best_button.setToolTip(
-            "The smoothing with which the landmarks foretell each other best; it smooths away what "
-            "a single landmark says alone"
-        )
+        self._show_advice(self.curve.advice if project is not None else None)
         self._on_selection()
+
+    def _show_advice(self, advice: Advice | None) -> None:
+        """Offer the smoothing that cross-validation speaks for, or say that it speaks for none."""
+        self.best_button.setEnabled(self._suggested_smoothing() is not None)
+        self.best_button.setToolTip(NOT_YET if advice is None else advice.reason)
+        if advice is None:
+            self.best_button.setText("λ by cross-validation")
+        elif advice.smoothing is None:
+            self.best_button.setText("No better λ known")
+        else:
+            self.best_button.setText(f"Take λ = {format_smoothing(advice.smoothing)}")
 
     def _on_results(self, _results: object) -> None:
         self._on_project(self._session.project)

@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
 
 REACH_UM = 30.0
 SELECTED = "the selected landmark"
-LOAD = "load neuropils…"
 
 
 class NeighbourhoodBar(QWidget):
@@ -48,8 +47,13 @@ class NeighbourhoodBar(QWidget):
         layout.addWidget(QLabel("of"), 0, 2)
         layout.addWidget(self.place, 0, 3)
         layout.setColumnStretch(3, 1)
+        self.load_button = QPushButton("Load…")
+        self.load_button.setToolTip("Load surfaces of neuropils, to be named here")
+        self.load_button.setAccessibleName("Load neuropils")
+        self.load_button.clicked.connect(self.load_asked)
+        layout.addWidget(self.load_button, 0, 4)
         row = QHBoxLayout()
-        layout.addLayout(row, 1, 0, 1, 4)
+        layout.addLayout(row, 1, 0, 1, 5)
         self.buttons = []
         for text, factor, tip in (
             (
@@ -66,24 +70,18 @@ class NeighbourhoodBar(QWidget):
             button.clicked.connect(lambda _on=False, factor=factor: self._ask(factor))
             row.addWidget(button)
             self.buttons.append(button)
-        self.place.activated.connect(self._on_activated)
         self.show_names(())
 
     def show_names(self, names: Sequence[str]) -> None:
-        """Offer the selected landmark, these neuropils, and to load more."""
+        """Offer the selected landmark and these neuropils."""
         chosen = self.place.currentText()
         self.place.clear()
-        self.place.addItems([SELECTED, *names, LOAD])
+        self.place.addItems([SELECTED, *names])
         self.place.setCurrentText(chosen if chosen in names else SELECTED)
 
     def choose(self, name: str) -> None:
         """Mean one of the neuropils from now on."""
         self.place.setCurrentText(name)
-
-    def _on_activated(self, _row: int) -> None:
-        if self.place.currentText() == LOAD:
-            self.place.setCurrentText(SELECTED)
-            self.load_asked.emit()
 
     def _ask(self, factor: float) -> None:
         self.asked.emit(self.place.currentText(), self.reach.value(), factor)

@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QStyle, QWidget
 
-from flyreg_core.cross_validation import CrossValidation
+from flyreg_core.cross_validation import Advice, CrossValidation
 from flyreg_gui.sliders import LogScale
 from flyreg_gui.theme import Theme, current_theme
 
@@ -46,9 +46,9 @@ class SmoothingCurve(QWidget):
         self._curve = None
 
     @property
-    def best(self) -> float | None:
-        """The lowest place of the curve on show."""
-        return None if self._curve is None else self._curve.best
+    def advice(self) -> Advice | None:
+        """What the curve on show speaks for, if one is shown."""
+        return None if self._curve is None else self._curve.advise(self._smoothing)
 
     @property
     def is_late(self) -> bool:
@@ -59,17 +59,16 @@ class SmoothingCurve(QWidget):
         curve = self._curve
         if curve is None:
             return NOT_YET
-        best = float(curve.scores.min())
-        now = float(np.interp(np.log(max(self._smoothing, 1e-12)), *_logs(curve)))
         tip = (
             "How badly landmarks that are left out are foretold by the others (generalised "
             f"cross-validation): lowest at λ = {curve.best:.3g}; at the present λ "
-            f"{np.sqrt(np.exp(now) / best):.2f} times as far off"
+            f"{curve.error_at(self._smoothing):.2f} times as far off\n"
+            f"{curve.advise(self._smoothing).reason}"
         )
         return f"{tip}\n({LATE})" if self.is_late else tip
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the curve, a dot at its lowest point, and a line at lambda."""
+        """Draw the curve, a line at lambda, and a dot at another lambda that the curve speaks for."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         theme = current_theme()
@@ -98,10 +97,10 @@ class SmoothingCurve(QWidget):
         painter.setPen(QPen(QColor(*ink), 1.5))
         points = [point(log, score) for log, score in zip(logs, scores, strict=True)]
         painter.drawPolyline(QPolygonF(points))
-        best = int(np.argmin(scores))
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(*(theme.faint if self._is_late else theme.good)))
-        painter.drawEllipse(points[best], DOT, DOT)
+        if curve.advise(self._smoothing).smoothing is not None:
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(*(theme.faint if self._is_late else theme.good)))
+            painter.drawEllipse(points[int(np.argmin(scores))], DOT, DOT)
         if self._is_late:
             font = self.font()
             font.setItalic(True)

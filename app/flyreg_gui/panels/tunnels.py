@@ -25,7 +25,7 @@ from flyreg_gui.tunnels import Chosen, Tunnels, description_of, name_of, place_o
 from flyreg_gui.views.rings import color_of
 
 ROLE_OF_ITEM, NUMBER_OF_ITEM = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
-HEADERS = ("Tunnel", "µm wide", "Place, µm")
+HEADERS = ("Tunnel", "Width", "Place, µm")
 TIPS = (
     "The widest first; ? marks a guess",
     "At its narrowest place, micrometres",
@@ -48,6 +48,8 @@ class TunnelsPanel(QWidget):
         self.list.setAccessibleName("Tunnels")
         self.list.setHeaderLabels(HEADERS)
         self.list.setIndentation(10)
+        self.list.setRootIsDecorated(False)
+        self.list.setItemsExpandable(False)
         self.list.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.list.setSizeAdjustPolicy(QTreeWidget.SizeAdjustPolicy.AdjustToContents)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)

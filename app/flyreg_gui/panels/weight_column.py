@@ -6,6 +6,7 @@ from functools import partial
 
 from PySide6.QtCore import (
     QAbstractItemModel,
+    QItemSelectionModel,
     QModelIndex,
     QPersistentModelIndex,
     QRect,
@@ -98,6 +99,7 @@ class WeightDelegate(QStyledItemDelegate):
         self.typed.emit(str(index.data(ID_ROLE)), float(str(editor.property("text"))))
 
 
+NO_CHANGE = QItemSelectionModel.SelectionFlag.NoUpdate
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
@@ -132,6 +134,7 @@ class LandmarkTableView(QTableView):
     weight_drag_started = Signal(str)  # id
     weight_dragged = Signal(str, float)
     weight_drag_ended = Signal()
+    searched = Signal(str)  # the letter that was typed
 
     def __init__(self) -> None:
         super().__init__()
@@ -175,6 +178,15 @@ class LandmarkTableView(QTableView):
         header.setSectionResizeMode(Column.NAME, QHeaderView.ResizeMode.Stretch)
         header.setSectionResizeMode(Column.WEIGHT, QHeaderView.ResizeMode.Fixed)
         header.resizeSection(Column.WEIGHT, WEIGHT_WIDTH)
+
+    def keyboardSearch(self, search: str) -> None:
+        """Go to the next landmark whose name begins with what is typed, whatever column was clicked."""
+        current = self.currentIndex()
+        if current.isValid() and current.column() != Column.NAME:
+            name = current.siblingAtColumn(Column.NAME)
+            self.selectionModel().setCurrentIndex(name, NO_CHANGE)
+        super().keyboardSearch(search)
+        self.searched.emit(search)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the table, or what will be in it."""

@@ -15,7 +15,13 @@ from flyreg_gui.theme import Theme
 
 BAR_WIDTH, BAR_HEIGHT = 130, 9
 PADDING = 6
+ROOM = 10_000
 TICKS = 3
+FEWEST_TICKS = 2
+BETWEEN = 10
+"""Pixels between two numbers."""
+
+SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignHCenter, Qt.AlignmentFlag.AlignRight)
 
 
 class Named(Protocol):
@@ -57,6 +63,7 @@ class ColorScale(QWidget):
         super().__init__(parent)
         self._judged: Scale | None = None
         self._theme: Theme | None = None
+        self._room = ROOM
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.hide()
 
@@ -71,23 +78,34 @@ class ColorScale(QWidget):
         self.setVisible(judged is not None)
         if judged is not None:
             self.setAccessibleName(f"{judged.quantity.title}: {', '.join(self.texts)}")
-            self.resize(self.sizeHint())
-            self.update()
+            self.fit_into(self._room)
+
+    def fit_into(self, width: int) -> None:
+        """Take no more than so many pixels: the title is cut off, the middle number left out."""
+        self._room = width
+        hint = self.sizeHint()
+        self.resize(min(hint.width(), width), hint.height())
+        self.update()
 
     @property
     def texts(self) -> list[str]:
-        """The numbers at the bar."""
+        """The numbers at the bar, as many as there is room for."""
+        texts = self._texts(TICKS)
+        wide = sum(self.fontMetrics().horizontalAdvance(text) + BETWEEN for text in texts)
+        return texts if wide <= self._room - 2 * PADDING else self._texts(FEWEST_TICKS)
+
+    def _texts(self, count: int) -> list[str]:
         judged = self._judged
         if judged is None:
             return []
-        values = np.linspace(judged.low, judged.high, TICKS)
+        values = np.linspace(judged.low, judged.high, count)
         return [text_of(float(value), judged.quantity.unit) for value in values]
 
     def sizeHint(self) -> QSize:
         """Return room for the title, the bar and its numbers."""
         metrics = self.fontMetrics()
         title = metrics.horizontalAdvance(self._judged.quantity.title) if self._judged else 0
-        numbers = sum(metrics.horizontalAdvance(text) + 10 for text in self.texts)
+        numbers = sum(metrics.horizontalAdvance(text) + BETWEEN for text in self.texts)
         width = max(BAR_WIDTH, title, numbers) + 2 * PADDING
         return QSize(width, 2 * metrics.height() + BAR_HEIGHT + 2 * PADDING + 4)
 
@@ -104,21 +122,15 @@ class ColorScale(QWidget):
         painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
         painter.setPen(QColor(*theme.text))
         line, inner = self.fontMetrics().height(), self.width() - 2 * PADDING
-        painter.drawText(
-            QRect(PADDING, PADDING, inner, line), Qt.AlignmentFlag.AlignLeft, judged.quantity.title
+        title = self.fontMetrics().elidedText(
+            judged.quantity.title, Qt.TextElideMode.ElideRight, inner
         )
+        painter.drawText(QRect(PADDING, PADDING, inner, line), Qt.AlignmentFlag.AlignLeft, title)
         bar = QRect(PADDING, PADDING + line + 2, inner, BAR_HEIGHT)
         painter.drawImage(bar, bar_image(judged))
         below = QRect(PADDING, bar.bottom() + 3, inner, line)
-        for text, side in zip(
-            self.texts,
-            (
-                Qt.AlignmentFlag.AlignLeft,
-                Qt.AlignmentFlag.AlignHCenter,
-                Qt.AlignmentFlag.AlignRight,
-            ),
-            strict=True,
-        ):
+        sides = (*SIDES[: len(self.texts) - 1], SIDES[-1])
+        for text, side in zip(self.texts, sides, strict=True):
             painter.drawText(below, side, text)
         painter.end()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
+from weakref import WeakMethod
 
 import numpy as np
 import pyvista as pv
@@ -123,6 +124,12 @@ class SurfaceLayer:
         if self.actor is not None:
             self.actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
             self.actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(-steps, -steps)
+
+    def let_shine_through(self) -> None:
+        """Draw the mesh's outside over everything that is nearer, as if that were of glass."""
+        if self.actor is not None:
+            draw_in_front(self.actor.mapper)
+            self.actor.prop.culling = "back"
 
 
 class SheetLayer:
@@ -317,6 +324,34 @@ class LabelLayer:
         self._scale = 1.0
         self._color: Color = (0, 0, 0)
         self._background: Color = (255, 255, 255)
+        place = WeakMethod(self._keep_inside)  # or VTK would keep the layer for ever
+
+        def before_drawing(*_event: object) -> None:
+            if (keep_inside := place()) is not None:
+                keep_inside()
+
+        plotter.renderer.AddObserver("StartEvent", before_drawing)
+
+    def _keep_inside(self) -> None:
+        """Write to the left of their points what would be cut off at the right border."""
+        if self._centered:
+            return
+        renderer, size = self._plotter.renderer, [0.0, 0.0]
+        right, up = LABEL_OFFSET
+        for actor in self._actors:
+            if not actor.GetVisibility():
+                continue
+            place = actor.GetPositionCoordinate()
+            x = place.GetReferenceCoordinate().GetComputedDoubleDisplayValue(renderer)[0]
+            actor.GetSize(renderer, size)
+            room = size[0] + self._scale * right
+            is_turned = x + room > renderer.GetSize()[0] and x > room
+            if is_turned:
+                actor.GetTextProperty().SetJustificationToRight()
+            else:
+                actor.GetTextProperty().SetJustificationToLeft()
+            side = -right if is_turned else right
+            place.SetValue(self._scale * side, self._scale * up, 0.0)
 
     def set_style(self, color: Color, background: Color, scale: float) -> None:
         """Take the colours of a theme and the device's pixels per point."""
@@ -350,8 +385,6 @@ class LabelLayer:
             style.SetJustificationToCentered()
             style.SetVerticalJustificationToCentered()
         else:
-            right, up = LABEL_OFFSET
-            actor.GetPositionCoordinate().SetValue(self._scale * right, self._scale * up, 0.0)
             style.SetVerticalJustificationToBottom()
             style.SetBackgroundColor(*unit(self._background))
             style.SetBackgroundOpacity(0.7)

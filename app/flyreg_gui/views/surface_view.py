@@ -21,6 +21,7 @@ from flyreg_gui.views.picking import ClipPlane, PickableSurface, SurfaceHit, nea
 MARKER_RADIUS = 0.011
 """Radius of a landmark of weight 1, as a share of the brain's diagonal."""
 OVERLAY_STEPS = 4.0
+NEUROPIL_OPACITY = 0.65
 
 NO_POINTS = np.zeros((0, 3))
 
@@ -32,6 +33,8 @@ class SurfaceView:
         self.canvas = canvas
         self.surface = SurfaceLayer(canvas, "surface")
         self.overlay = SurfaceLayer(canvas, "overlay")
+        self.neuropils = SurfaceLayer(canvas, "neuropils")
+        self._neuropil_mesh: SurfaceMesh | None = None
         self._markers, self._waiting = MarkerLayer(canvas), MarkerLayer(canvas)
         self._half_made = MarkerLayer(canvas, are_cubes=True)
         self._half_made_ids: tuple[str, ...] = ()
@@ -91,7 +94,7 @@ class SurfaceView:
             self._plane.SetOrigin(*self._clip.origin)
             self._plane.SetNormal(*-self._clip.normal)
         plane = None if self._clip is None else self._plane
-        for layer in (self.surface, self.overlay, self._markers, self._half_made):
+        for layer in (self.surface, self.overlay, self.neuropils, self._markers, self._half_made):
             layer.set_clip(plane)
         self.canvas.refresh()
 
@@ -106,6 +109,21 @@ class SurfaceView:
         self._overlay_opacity = opacity
         self.overlay.set_opacity(opacity)
         self.canvas.refresh()
+
+    def show_neuropils(self, mesh: SurfaceMesh, colors: NDArray[np.uint8]) -> None:
+        """Draw surfaces within the brain, as if the brain were of glass."""
+        self._neuropil_mesh = mesh
+        if self.neuropils.show(mesh.vertices, mesh.faces, colors):
+            self.neuropils.let_shine_through()
+            self.neuropils.set_opacity(NEUROPIL_OPACITY)
+            self.canvas.refresh()
+
+    def hide_neuropils(self) -> None:
+        """Draw no surfaces within the brain."""
+        if self._neuropil_mesh is not None:
+            self._neuropil_mesh = None
+            self.neuropils.hide()
+            self.canvas.refresh()
 
     def show_landmarks(self, points: Floats, style: MarkerStyle) -> None:
         """Draw landmarks at (n, 3) points."""
@@ -150,6 +168,7 @@ class SurfaceView:
         """Show nothing."""
         self.surface.hide()
         self.overlay.hide()
+        self.hide_neuropils()
         self._mesh = None
         self._space = None
         self._is_home = True
@@ -203,6 +222,12 @@ class SurfaceView:
         """Return the place of the surface's front at a position in the widget."""
         surface = self.pickable_surface
         return None if surface is None else surface.pick(position)
+
+    def neuropil_at(self, position: QPointF) -> SurfaceHit | None:
+        """Return the place of the surfaces within the brain that is seen at a position."""
+        if self._neuropil_mesh is None:
+            return None
+        return PickableSurface(self.canvas, self._neuropil_mesh, self._clip).pick(position)
 
     @property
     def pickable_surface(self) -> PickableSurface | None:

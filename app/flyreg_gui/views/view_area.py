@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property, partial
-from typing import Literal
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPointF, Qt, Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from flyreg_core import edits
-from flyreg_core.mesh import Floats, SurfaceMesh
-from flyreg_core.progress import ignore
+from flyreg_core.mesh import Floats
 from flyreg_core.project import Role
-from flyreg_core.relief import relief_colors
 from flyreg_core.results import PreparedBrain, Results
-from flyreg_core.smooth import smooth
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.judging import STATUS_KEY, Judging
 from flyreg_gui.landmark_mode import LandmarkMode, Point, end_point
 from flyreg_gui.marker_colors import MarkerColoring
 from flyreg_gui.panels.cut_bar import CutBar
-from flyreg_gui.preparing import ROLES, Remains
+from flyreg_gui.preparing import ROLES
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
 from flyreg_gui.steps import short_name
@@ -31,15 +26,15 @@ from flyreg_gui.theme import SOURCE, TARGET, Color, Theme
 from flyreg_gui.trim_mode import TrimMode
 from flyreg_gui.tunnels import Tunnels
 from flyreg_gui.views.arrangement import Arrangement
-from flyreg_gui.views.camera import CameraLink, ViewSpace
+from flyreg_gui.views.camera import CameraLink
 from flyreg_gui.views.canvas import Canvas, FlatCanvas
 from flyreg_gui.views.cursor import Cursor
 from flyreg_gui.views.cut_handle import CutHandle
 from flyreg_gui.views.flat_view import FlatView
 from flyreg_gui.views.landmark_hand import LandmarkHand
-from flyreg_gui.views.layers import Colors
+from flyreg_gui.views.looks import STAGES, STAGES_TIP, Look, Stage
 from flyreg_gui.views.markers import style_markers
-from flyreg_gui.views.origins import key_of, origin_colors
+from flyreg_gui.views.raw_views import RawViews
 from flyreg_gui.views.surface_view import SurfaceView
 from flyreg_gui.views.trim_views import TrimViews
 from flyreg_gui.views.tunnel_views import TunnelViews
@@ -52,58 +47,10 @@ ROLES_OF_FRAMES: tuple[Role, ...] = ("source", "target", "source", "source", "so
 """Whose vertices carry the colours in each view; in the flat ones those of the moved source."""
 
 
-Stage = Literal["prepared", "as read", "smoothed"]
-STAGES: tuple[Stage, ...] = ("prepared", "as read", "smoothed")
-STAGES_TIP = "As read from the file; prepared; or smoothed until the lobes are gone, to be cut by"
-
-
-class _Look:
-    """What is drawn of one prepared brain whatever the registration: its space and its colours."""
-
-    def __init__(self, brain: PreparedBrain, color: Color) -> None:
-        self.brain, self._color = brain, color
-        self.space = ViewSpace.of(brain.surface, brain.frame)
-
-    def colors(self, role: Role, judging: Judging) -> Colors:
-        """Return the colours of the vertices: the brain's own, or what is chosen to judge by."""
-        if judging.is_by_origin:
-            return self._by_origin
-        judged = judging.colors_of(role, self.brain.surface)
-        return self._plain if judged is None else judged
-
-    @cached_property
-    def _plain(self) -> Colors:
-        return relief_colors(self.brain.surface, self._color)
-
-    @cached_property
-    def _by_origin(self) -> Colors:
-        return origin_colors(self.brain)
-
-    def shape(self, stage: Stage, role: Role, judging: Judging) -> tuple[SurfaceMesh, Colors]:
-        """Return the surface of a stage of the preparation, with its colours."""
-        if stage == "as read":
-            return self.brain.raw, self._raw_colors
-        colors = self.colors(role, judging)
-        return (self.brain.surface if stage == "prepared" else self._smoothed), colors
-
-    @cached_property
-    def _raw_colors(self) -> Colors:
-        return relief_colors(self.brain.raw, self._color)
-
-    @cached_property
-    def _smoothed(self) -> SurfaceMesh:
-        surface = self.brain.surface
-        passes = self.brain.brain.smooth
-        return surface.moved(smooth(surface.vertices, surface.faces, passes, ignore))
-
-    @cached_property
-    def key(self) -> list[tuple[Color, str, str]]:
-        """What the colours by origin mean."""
-        return key_of(self.brain)
-
-
 class ViewArea(QWidget):
     """Source, target, registered over target; below them the halves laid flat."""
+
+    brains_shown = Signal()  # which brains are drawn in which views that are shown
 
     def __init__(
         self,
@@ -120,7 +67,7 @@ class ViewArea(QWidget):
         self._session, self._selection, self._mode = session, selection, mode
         self._trim, self._judging, self._coloring = trim, judging, coloring
         self._theme: Theme | None = None
-        self._looks: dict[Role, _Look] = {}
+        self._looks: dict[Role, Look] = {}
         self._blend = 0.0
         self._instead: float | None = None
         self.marker_scale, self._are_markers_shown, self._are_own_named = 1.0, True, False
@@ -140,6 +87,8 @@ class ViewArea(QWidget):
         brains: dict[Role, SurfaceView] = {"source": self.source, "target": self.target}
         self.tunnel_views = TunnelViews(session, tunnels, drill, brains)
         self.trim_views = TrimViews(session, trim, brains)
+        own_frames = dict(zip(ROLES, self.frames[:2], strict=True))
+        self._raw_views = RawViews(session, own_frames, brains)
         self.cut_handles = [CutHandle(self.cut_bar, view) for view in self.surface_views]
         self._cut_spaces = {view: view.space for view in self.surface_views}
         self.pointer = Cursor(session, self)
@@ -156,7 +105,8 @@ class ViewArea(QWidget):
         for view in self.views:
             view.canvas.clicked.connect(partial(self._on_clicked, view))
         session.results_changed.connect(self._on_results)
-        session.remains_changed.connect(self._on_remains)
+        session.remains_changed.connect(self._on_raw)
+        session.read_changed.connect(self._on_raw)
         selection.changed.connect(self._show_landmarks)
         mode.changed.connect(self._on_mode)
         trim.changed.connect(self._on_trim)
@@ -164,11 +114,12 @@ class ViewArea(QWidget):
         coloring.chosen_changed.connect(self._show_landmarks)
         self.cut_bar.changed.connect(self._on_cut)
         self.arrangement.changed.connect(self._show_keys)
+        self.arrangement.changed.connect(self.brains_shown)
 
     def _make_frames(self) -> None:
         titles = (
-            ("Source", "The brain that is moved appears here once it is prepared.", SOURCE, Canvas),
-            ("Target", "The brain that stays appears here once it is prepared.", TARGET, Canvas),
+            ("Source", "The brain that is moved appears here once it is read.", SOURCE, Canvas),
+            ("Target", "The brain that stays appears here once it is read.", TARGET, Canvas),
             (
                 "Registered on target",
                 "The moved source appears here, on the target.",
@@ -289,8 +240,15 @@ class ViewArea(QWidget):
         role = self._role_of(view)
         return role is not None and (self._trim.is_on or self._stages[role] != "prepared")
 
+    @property
+    def frames_of_brains(self) -> tuple[tuple[ViewFrame, SurfaceView, Role], ...]:
+        """The views in space, and in whose coordinates they are."""
+        roles: tuple[Role, ...] = ("source", "target", "target")
+        return tuple(zip(self.frames[:3], self.surface_views, roles, strict=True))
+
     def close_canvases(self) -> None:
-        """End VTK in each view; nothing can be drawn afterwards."""
+        """End VTK in each view; nothing can be drawn afterwards, so news on their way are not."""
+        self._session.read_changed.disconnect(self._on_raw)
         for frame in self.frames:
             frame.canvas.end()
 
@@ -299,6 +257,7 @@ class ViewArea(QWidget):
     def _on_results(self, results: Results | None) -> None:
         for frame in self.frames:
             frame.set_empty(results is None)
+            frame.set_caption("")
         if results is None:
             self._looks = {}
             for view in self.views:
@@ -307,26 +266,16 @@ class ViewArea(QWidget):
                 frame.title.set_detail("")
             self._show_keys()
             self._show_cut_handles()
-            return
-        self._show_brains(results)
-        self._show_landmarks()
+        else:
+            self._show_brains(results)
+            self._show_landmarks()
+        self.brains_shown.emit()
 
-    def _on_remains(self, remains: Remains | None) -> None:
-        """Show the brains as they were read, where they cannot be prepared."""
-        session = self._session
-        is_needed = session.results is None and not self._trim.is_on
-        if remains is None or session.project is None or not is_needed:
-            return
-        for role, view, frame, color in zip(
-            ROLES, (self.source, self.target), self.frames[:2], (SOURCE, TARGET), strict=True
-        ):
-            brain = remains.brains.get(role)
-            frame.set_empty(brain is None)
-            if brain is not None:
-                space = ViewSpace.of(brain.surface, brain.frame)
-                view.show_surface(brain.surface, relief_colors(brain.surface, color), space)
-                name = short_name(edits.brain_of(session.project, role).input)
-                frame.title.set_detail(f"{name}, as read: not prepared")
+    def _on_raw(self, *_news: object) -> None:
+        """Show the brains as they were read, until they are prepared or where they cannot be."""
+        if not self._trim.is_on:
+            self._raw_views.show()
+        self.brains_shown.emit()
 
     def _on_trim(self) -> None:
         """Leave the views of the two brains to trimming, or take them back."""
@@ -340,7 +289,7 @@ class ViewArea(QWidget):
         if self._session.results is not None:
             self._on_results(self._session.results)
         else:
-            self._on_remains(self._session.remains)
+            self._on_raw()
         self.trim_views.hide()
 
     def _show_brains(self, results: Results) -> None:
@@ -399,10 +348,10 @@ class ViewArea(QWidget):
             frame.show_marker_scale(scale if is_first else None)
             scale = None if is_first else scale
 
-    def _look(self, role: Role, brain: PreparedBrain, color: Color) -> _Look:
+    def _look(self, role: Role, brain: PreparedBrain, color: Color) -> Look:
         known = self._looks.get(role)
         if known is None or known.brain is not brain:
-            self._looks[role] = _Look(brain, color)
+            self._looks[role] = Look(brain, color)
         return self._looks[role]
 
     def _show_landmarks(self, *_news: object) -> None:

@@ -27,7 +27,7 @@ from flyreg_core.solid import SolidParameters
 EQUAL = 1e-6
 POINTS, LANDMARKS = 100_000, 1000
 TICKS = 40
-FINE = 70
+FINE = 68
 """Voxels across a brain that give its surface about 100,000 vertices."""
 
 
