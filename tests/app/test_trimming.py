@@ -68,16 +68,18 @@ def test_the_cut_is_dragged_and_a_double_click_puts_it_back(qtbot, trimming):
     canvas, start = place_of(window, "cut")
     axis = window.session.results.source.frame.axes[2]
     view = window.view_area.trim_views.of["source"]
-    end = pixel(canvas, view.place_of("cut") + 12 * axis)
+    before = view.place_of("cut")
+    end = pixel(canvas, before + 12 * axis)
     qtbot.mousePress(canvas, LEFT, pos=start)
     qtbot.mouseMove(canvas, end)
     qtbot.mouseRelease(canvas, LEFT, pos=end)
-    assert window.session.project.source.cut.shift_um == pytest.approx(
-        12, abs=5
-    )  # a pixel is 3 µm of it
+    asked = window.session.project.source.cut.shift_um
+    assert asked == pytest.approx(12, abs=5)  # a pixel is 3 µm of it
     settle(qtbot, window)
+    made = window.session.results.source.flat.dissection.shift_um
+    assert asked / 2 <= made <= asked  # in a brain of so few voxels not always all of it
     canvas, place = place_of(window, "cut")
-    assert (place - end).manhattanLength() < 12
+    assert (place - pixel(canvas, before + made * axis)).manhattanLength() <= 2
     qtbot.mouseDClick(canvas, LEFT, pos=place)
     assert window.session.project.source.cut.shift_um == 0
     assert window.session.undo_stack.count() == 2

@@ -10,6 +10,7 @@ from PySide6.QtCore import (
     QPoint,
     QSortFilterProxyModel,
     Qt,
+    QTimer,
     Signal,
 )
 from PySide6.QtWidgets import (
@@ -39,6 +40,9 @@ SELECT_ROWS = (
 )
 MANY = 3
 """Up to how many selected landmarks are named."""
+BETWEEN_NUMBERS_MS = 250
+"""How long the numbers of all landmarks stand while a hand moves: drawing them takes longer than all
+else that follows one move, and nobody reads them faster."""
 
 
 class LandmarksPanel(QWidget):
@@ -74,6 +78,10 @@ class LandmarksPanel(QWidget):
         )
         self.best_button = QPushButton()
         self._is_showing = False
+        self._results = session.results  # whose numbers are on show
+        self._pause = QTimer(self)
+        self._pause.setSingleShot(True)
+        self._pause.setInterval(BETWEEN_NUMBERS_MS)
         self._arrange()
         self._connect()
         self._on_project(session.project)
@@ -129,6 +137,7 @@ class LandmarksPanel(QWidget):
         self._selection.changed.connect(self._on_selection)
         session.project_changed.connect(self._on_project)
         session.results_changed.connect(self._on_results)
+        self._pause.timeout.connect(self._show_numbers)
 
     # The user's hand
 
@@ -193,7 +202,7 @@ class LandmarksPanel(QWidget):
     # What is shown
 
     def _on_project(self, project: Project | None) -> None:
-        self.model.show(project, self._session.results)
+        self.model.show(project, self._results)
         self._selection.keep(self.model.ids)
         self.smoothing_slider.setEnabled(project is not None)
         self.neighbourhood.setEnabled(self._session.results is not None)
@@ -222,7 +231,15 @@ class LandmarksPanel(QWidget):
             self.best_button.setText(f"Take λ = {format_smoothing(advice.smoothing)}")
 
     def _on_results(self, _results: object) -> None:
-        self._on_project(self._session.project)
+        if not self._pause.isActive() or not self._session.is_in_gesture:
+            self._show_numbers()
+
+    def _show_numbers(self) -> None:
+        """Show what the newest results tell of the landmarks."""
+        if self._results is not self._session.results:
+            self._results = self._session.results
+            self._on_project(self._session.project)
+            self._pause.start()
 
     def _on_selection(self) -> None:
         chosen = self._selection.ids
