@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from flyreg_core import edits
 from flyreg_core.brain_files import open_brain, read_brain
 from flyreg_core.project_file import save_project
 
@@ -276,20 +278,37 @@ def test_a_suggestion_is_accepted_or_dropped(qtbot, window):
     assert not {kept.id, dropped.id} & acting
 
 
+def wavy(window):
+    """The project with its suggestions accepted, raised, and laid on a wave across the brain."""
+    project, results = window.session.project, window.session.results
+    suggested = [mark.pair for mark in results.landmarks if mark.pair.origin == "suggested"]
+    project = edits.accept_suggestions(project, suggested)
+    for pair in project.pairs:
+        x, y, z = pair.target
+        place = (x, y + 5 * math.sin(x / 40), z)
+        project = edits.place_pair(project, pair.id, "target", place)
+    return edits.set_weights(project, [pair.id for pair in project.pairs], 10.0)
+
+
 def test_the_smoothing_that_cross_validation_speaks_for_is_one_click_away(qtbot, window):
-    panel, curve = window.landmarks, window.session.results.judgement.cross_validation
-    advice = curve.advise(window.session.project.smoothing)
-    advised = advice.smoothing
-    if advised is None:
-        assert not panel.best_button.isEnabled()
-        assert advice.reason in panel.best_button.toolTip()
-        return
+    panel, session = window.landmarks, window.session
+    session.edit("lay landmarks on a wave", wavy(window))
+    settle(qtbot, window)
+    advised = session.results.judgement.cross_validation.best
     assert panel.best_button.text() == f"Take λ = {format_smoothing(advised)}"
     qtbot.mouseClick(panel.best_button, LEFT)
-    assert window.session.project.smoothing == advised
+    assert session.project.smoothing == advised
     settle(qtbot, window)
     assert not panel.best_button.isEnabled()
     assert "no other smoothing" in panel.best_button.toolTip()
+
+
+def test_no_smoothing_is_offered_where_cross_validation_speaks_for_none(window):
+    panel, session = window.landmarks, window.session
+    advice = session.results.judgement.cross_validation.advise(session.project.smoothing)
+    assert advice.smoothing is None  # the demo's landmarks hardly bend
+    assert not panel.best_button.isEnabled()
+    assert advice.reason in panel.best_button.toolTip()
 
 
 def test_cancelling_a_preparation_keeps_what_is_on_show(qtbot, window):
