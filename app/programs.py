@@ -12,11 +12,12 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from types import FrameType
 
 OLDEST_PYTHON = (3, 11)
@@ -106,21 +107,44 @@ def run(
         The program may read the keyboard, and is itself told of Ctrl-C by the terminal.  Any other
         program is ended on Ctrl-C without a chance to show how surprised it is.
     """
-    process = subprocess.Popen(
-        command,
-        cwd=folder,
-        env=child_environment(**(variables or {})),
-        start_new_session=not interactive,
-    )
+    process = None
     try:
+        with _signals_held_back():
+            process = subprocess.Popen(
+                command,
+                cwd=folder,
+                env=child_environment(**(variables or {})),
+                start_new_session=not interactive,
+            )
         status = process.wait()
     except KeyboardInterrupt:
-        if interactive:
+        if interactive and process is not None:
             _wait(process, SECONDS_TO_REPORT)
         raise
     finally:
-        end(process, whole_session=not interactive)
+        if process is not None:
+            end(process, whole_session=not interactive)
     return status if status >= 0 else 128 - status
+
+
+@contextlib.contextmanager
+def _signals_held_back() -> Iterator[None]:
+    """Let signals wait while a program is being started: only then is it known, and can be ended."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    arrived: list[int] = []
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    heard = {number: handler for number, handler in handlers.items() if callable(handler)}
+    try:
+        for number in heard:
+            signal.signal(number, lambda number, _frame: arrived.append(number))
+        yield
+    finally:
+        for number, handler in heard.items():
+            signal.signal(number, handler)
+    for number in arrived:
+        signal.raise_signal(number)
 
 
 def _wait(process: subprocess.Popen[Any], seconds: float) -> bool:
@@ -168,24 +192,26 @@ def run_quietly(
     """
     # A file and not a pipe: a program that is left alone must still be able to write.
     with tempfile.TemporaryFile() as output:
-        process = subprocess.Popen(
-            command,
-            cwd=folder,
-            env=child_environment(PIP_USER="0", PIP_DISABLE_PIP_VERSION_CHECK="1"),
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )
+        process = None
         try:
+            with _signals_held_back():
+                process = subprocess.Popen(
+                    command,
+                    cwd=folder,
+                    env=child_environment(PIP_USER="0", PIP_DISABLE_PIP_VERSION_CHECK="1"),
+                    stdin=subprocess.DEVNULL,
+                    stdout=output,
+                    stderr=subprocess.STDOUT,
+                    start_new_session=True,
+                )
             status = process.wait()
         except KeyboardInterrupt:
-            if finish_alone:
+            if finish_alone and process is not None:
                 with contextlib.suppress(PermissionError):
                     process.send_signal(signal.SIGINT)
             raise
         finally:
-            if not finish_alone:
+            if process is not None and not finish_alone:
                 end(process)
         if status:
             output.seek(0)

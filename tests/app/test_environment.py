@@ -1,6 +1,7 @@
 """The environment is made once, completed when it lacks something, rebuilt when it cannot serve."""
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -208,3 +209,26 @@ def test_a_signal_ends_the_program_and_what_it_runs_without_a_traceback(
         _, errors = process.communicate(timeout=10)
     assert process.returncode == status
     assert errors == b""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+def test_a_signal_that_comes_while_a_program_is_being_started_ends_that_program_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    started = []
+
+    class Interrupted(subprocess.Popen):  # type: ignore[type-arg]
+        def __init__(self, *arguments: object, **named: object) -> None:
+            super().__init__(*arguments, **named)  # type: ignore[call-overload]
+            started.append(self)
+            signal.raise_signal(signal.SIGINT)
+
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    monkeypatch.setattr(programs.subprocess, "Popen", Interrupted)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            programs.run([sys.executable, "-c", "import time; time.sleep(60)"])
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    (process,) = started
+    assert process.poll() is not None

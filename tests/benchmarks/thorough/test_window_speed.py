@@ -139,8 +139,9 @@ def test_a_tick_in_the_window_and_its_longest_stalls(qtbot, empty_window, fine, 
             print(f"| {name} | {middle:.1f} | {high:.1f} | {most:.1f} |")
 
 
-def test_the_window_opens_and_a_project_again(qapp, tmp_path: Path, capsys) -> None:
+def test_the_window_opens_and_a_project_again(qapp, tmp_path: Path, capsys, monkeypatch) -> None:
     path = tmp_path / "a.flyreg"
+    monkeypatch.setenv("FLYREG_CACHE", str(tmp_path / "cache"))
     project = Project(Brain(open_brain("FCWB")), Brain(open_brain("JFRC2")))
     Pipeline(open_cache()).run(project, measure=False)
     save_project(project, path)
