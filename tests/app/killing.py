@@ -11,6 +11,7 @@ from pathlib import Path
 from tests.app.editing_program import UNIT
 
 CHECKOUT = Path(__file__).parents[2]
+LONG_SECONDS = 180.0
 
 
 class EditingProgram:
@@ -36,8 +37,10 @@ class EditingProgram:
 
     def kill_after(self, seconds: float) -> None:
         """Kill the program so long after its first edit."""
+        begun = time.monotonic()
         while not (made := self.edits()):
             assert self._process.poll() is None, "the program ended by itself"
+            assert time.monotonic() - begun < LONG_SECONDS, "the program never edits"
             time.sleep(0.05)
         time.sleep(max(made[0][1] + seconds - time.time(), 0))
         self._process.kill()

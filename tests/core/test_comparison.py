@@ -11,9 +11,10 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import redirect_stdout
+from collections.abc import Callable
+from contextlib import redirect_stdout, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import psutil
@@ -32,7 +33,10 @@ from flyreg_core.point_files import read_point_pairs
 from flyreg_core.progress import ignore
 from tests.shapes import sphere
 
+T = TypeVar("T")
+
 DONE, WRONG_USAGE, BAD_INPUT = 0, 2, 3
+LONG_SECONDS, POLL_SECONDS = 180.0, 0.05
 COARSE = ["--voxels", "32"]
 FILES = ("compare.png", "compare.json", "compare.csv", "compare.html")
 ROW_KEYS = {
@@ -198,6 +202,29 @@ def test_a_report_that_cancels_leaves_no_process() -> None:
     assert not psutil.Process().children()
 
 
+def workers_of(program: subprocess.Popen[Any]) -> list[psutil.Process]:
+    """Return what works apart for a program.
+
+    Not by `children`, which sees none that the clock, set back meanwhile, makes older than it is.
+    """
+    found = []
+    for process in psutil.process_iter():
+        with suppress(psutil.Error):
+            if process.ppid() == program.pid and "flyreg_core.apart" in process.cmdline():
+                found.append(process)
+    return found
+
+
+def awaited(look: Callable[[], T], program: subprocess.Popen[Any]) -> T:
+    """Return what is seen in the end; the program must live until then."""
+    for _ in range(round(LONG_SECONDS / POLL_SECONDS)):
+        if found := look():
+            return found
+        assert program.poll() is None, "the program ended by itself"
+        time.sleep(POLL_SECONDS)
+    raise AssertionError(f"nothing to see after {LONG_SECONDS:g} s")
+
+
 def test_a_worker_whose_parent_is_killed_ends_too_and_leaves_no_folder() -> None:
     program = (
         "from flyreg_core.apart import Limits, run_apart\n"
@@ -209,13 +236,9 @@ def test_a_worker_whose_parent_is_killed_ends_too_and_leaves_no_folder() -> None
     parent = subprocess.Popen(
         [sys.executable, "-c", program], env={**os.environ, "PYTHONPATH": places}
     )
-    own = psutil.Process(parent.pid)
-    while not (workers := [w for w in own.children() if "flyreg_core.apart" in w.cmdline()]):
-        time.sleep(0.05)
-    (worker,) = workers
+    (worker,) = awaited(lambda: workers_of(parent), parent)
     folder = Path(worker.cmdline()[-1])
-    while not (folder / STARTED).exists():
-        time.sleep(0.05)
+    awaited((folder / STARTED).exists, parent)
     parent.kill()
     parent.wait()
     _, alive = psutil.wait_procs([worker], timeout=10)
@@ -245,14 +268,13 @@ def test_ctrl_c_ends_a_comparison_and_its_processes_at_once(
         text=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
     )
-    own = psutil.Process(process.pid)
-    while not (workers := own.children()):
-        time.sleep(0.05)
+    workers = awaited(lambda: workers_of(process), process)
     process.send_signal(signal.SIGINT)
     _, error = process.communicate(timeout=10)
     assert process.returncode == 130
     assert "Traceback" not in error
-    assert not any(worker.is_running() for worker in workers)
+    _, alive = psutil.wait_procs(workers, timeout=10)
+    assert not alive
     assert not (tmp_path / "o").exists()
 
 
