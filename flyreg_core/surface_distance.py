@@ -97,11 +97,17 @@ def distances_to_surface(points: Floats, surface: SurfaceMesh, report: Report) -
 
 
 def sample_surface(surface: SurfaceMesh, samples: int) -> Floats:
-    """Return (samples, 3) points on a surface, one in each of as many equal shares of its area."""
+    """Return (samples, 3) points on a surface, one in each of as many equal shares of its area.
+
+    They run as the faces lie in the boxes of the surface's tree, so that those that follow one
+    another lie next to one another: what is then looked for near them is mostly in fast memory.
+    """
     rng = np.random.default_rng(SEED)
-    cumulative = np.cumsum(surface.face_areas)
+    order = surface.tree.face
+    cumulative = np.cumsum(surface.face_areas[order])
     position = (np.arange(samples) + rng.uniform(size=samples)) / samples * cumulative[-1]
-    face = np.minimum(np.searchsorted(cumulative, position, side="right"), len(cumulative) - 1)
+    place = np.minimum(np.searchsorted(cumulative, position, side="right"), len(order) - 1)
+    face = order[place]
     root, along = np.sqrt(rng.uniform(size=samples)), rng.uniform(size=samples)
     barycentric = np.stack([1 - root, root * (1 - along), root * along], axis=1)
     return np.asarray(np.einsum("ij,ijk->ik", barycentric, surface.vertices[surface.faces[face]]))
