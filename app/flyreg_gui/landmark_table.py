@@ -147,7 +147,7 @@ class LandmarkTable(QAbstractTableModel):
         before, rows = self._rows, _rows(project, results)
         by_id = {row.pair.id: row.pair for row in rows}
         is_new = list(self._by_id) != list(by_id)
-        is_judged_anew = results is not self._judged_of
+        is_judged_anew, was_late = results is not self._judged_of, self._judged.is_late
         if is_judged_anew:
             self._judged, self._judged_of = Judged.of(results, self._judged), results
         if is_new:
@@ -165,7 +165,9 @@ class LandmarkTable(QAbstractTableModel):
             last = self.index(changed[-1], len(Column) - 1)
             self.dataChanged.emit(self.index(changed[0], 0), last)
         if is_judged_anew and rows:
-            last = self.index(len(rows) - 1, Column.LEVERAGE)
+            stays_late = was_late and self._judged.is_late
+            last_column = Column.RESIDUAL if stays_late else Column.LEVERAGE
+            last = self.index(len(rows) - 1, last_column)
             self.dataChanged.emit(self.index(0, Column.RESIDUAL), last)
 
     def show_colors(self, colors: Mapping[str, Color]) -> None:

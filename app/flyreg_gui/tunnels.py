@@ -34,6 +34,7 @@ class Tunnels(QObject):
         self._session = session
         self.is_on = False
         self.chosen: Chosen | None = None
+        self._known: list[tuple[object, ...]] = []
         session.results_changed.connect(self._on_news)
         session.remains_changed.connect(self._on_news)
 
@@ -97,8 +98,12 @@ class Tunnels(QObject):
         )
 
     def _on_news(self, _news: object) -> None:
-        self.chosen = None
-        self.changed.emit()
+        """Tell of other tunnels, not of all that follows a slider: the brains would be drawn anew."""
+        brains = [self._session.brain(role) for role in ROLES]
+        known = [() if b is None else (b.raw, b.frame, b.tunnels, b.is_guess) for b in brains]
+        if known != self._known:
+            self._known, self.chosen = known, None
+            self.changed.emit()
 
 
 def guess_of(results: Results) -> tuple[str, object] | None:

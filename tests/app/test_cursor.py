@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from flyreg_core import edits
+
 pytest.importorskip("PySide6")
 from PySide6.QtCore import QEvent, QPoint
 from PySide6.QtWidgets import QApplication
 
-from tests.app.hands import hover, pixel
+from tests.app.hands import hover, pixel, settle
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 
@@ -101,3 +103,18 @@ def test_following_the_mouse_draws_no_scene_anew(qtbot, window):
     center = mark.pos() + QPoint(mark.width() // 2, mark.height() // 2) - area.target.canvas.pos()
     shown = pixel(area.target.canvas, mark.point)
     assert (shown - center).manhattanLength() <= 2
+
+
+def test_lambda_draws_only_the_views_in_which_something_moves(qtbot, window):
+    area, drawn = window.view_area, []
+    settle(qtbot, window)
+    for view in area.views:
+        view.canvas.renderer.AddObserver("EndEvent", lambda *_, view=view: drawn.append(view))
+    window.session.begin_gesture()
+    project = edits.set_smoothing(window.session.project, 0.5)
+    window.session.edit("change smoothing", project)
+    qtbot.waitUntil(lambda: window.session.is_up_to_date and area.registered in drawn)
+    QApplication.processEvents()
+    assert set(drawn) == {area.registered, *area.flat_views}
+    window.session.end_gesture()
+    settle(qtbot, window)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from flyreg_core import edits
 from flyreg_core.brain_files import open_brain, write_mesh
 from flyreg_core.handles import HandleParameters
 from flyreg_core.mesh import SurfaceMesh
@@ -91,6 +92,15 @@ def test_a_click_on_a_tunnel_makes_it_the_oesophagus_and_undo_takes_that_back(qt
     press(qtbot, window, Qt.Key.Key_Z, CONTROL)
     assert window.session.project == before
     settle(qtbot, window)
+
+
+def test_a_chosen_tunnel_stays_chosen_while_lambda_changes(qtbot, window):
+    tunnels, session = window.tunnels, window.session
+    press(qtbot, window, Qt.Key.Key_T)
+    tunnels.choose(("source", 0))
+    session.edit("change smoothing", edits.set_smoothing(session.project, 0.5))
+    settle(qtbot, window)
+    assert tunnels.chosen == ("source", 0)
 
 
 def test_refusing_the_only_tunnel_fails_with_a_sentence_and_the_tunnels_stay(qtbot, window):

@@ -40,7 +40,7 @@ SELECT_ROWS = (
 )
 MANY = 3
 """Up to how many selected landmarks are named."""
-BETWEEN_NUMBERS_MS = 250
+BETWEEN_NUMBERS_MS = 500
 """How long the numbers of all landmarks stand while a hand moves: drawing them takes longer than all
 else that follows one move, and nobody reads them faster."""
 
@@ -231,8 +231,13 @@ class LandmarksPanel(QWidget):
             self.best_button.setText(f"Take λ = {format_smoothing(advice.smoothing)}")
 
     def _on_results(self, _results: object) -> None:
-        if not self._pause.isActive() or not self._session.is_in_gesture:
+        if not (self._pause.isActive() and self._session.is_in_gesture and self._is_late):
             self._show_numbers()
+
+    @property
+    def _is_late(self) -> bool:
+        """Tell whether what is measured at rest is marked as old already."""
+        return self._results is not None and self._results.judgement is None
 
     def _show_numbers(self) -> None:
         """Show what the newest results tell of the landmarks."""

@@ -92,7 +92,7 @@ class TunnelsPanel(QWidget):
         self.drill_button.clicked.connect(self.drill_asked)
         self.reset_button.clicked.connect(self._tunnels.reset)
         self._tunnels.changed.connect(self._show)
-        self._session.project_changed.connect(self._show)
+        self._session.project_changed.connect(self._show_whether_reset)
 
     def item(self, role: Role, number: int) -> QTreeWidgetItem:
         """Return the row of a tunnel."""
@@ -127,8 +127,11 @@ class TunnelsPanel(QWidget):
         is_sure = tunnel is not None and tunnel.is_oesophagus and not (brain and brain.is_guess)
         self.take_button.setEnabled(tunnel is not None and not is_sure)
         self.refuse_button.setEnabled(tunnel is not None)
-        self.reset_button.setEnabled(self._tunnels.can_reset)
         self.drill_button.setEnabled(self._session.brain("source") is not None)
+        self._show_whether_reset()
+
+    def _show_whether_reset(self, *_news: object) -> None:
+        self.reset_button.setEnabled(self._tunnels.can_reset)
 
     def _show_brain(self, role: Role) -> None:
         brain = self._session.brain(role)
