@@ -20,6 +20,8 @@ CLICK_RADIUS = 4.0
 """How far the mouse may move, in pixels, between press and release of a click."""
 WHEEL_ZOOM = 1.15
 """Magnification by one notch of the wheel."""
+NEAREST, FARTHEST = 0.1, 2.0
+"""What is drawn of a plane scene, in heights of the camera over the plane."""
 
 
 class Grabber(Protocol):
@@ -245,7 +247,18 @@ class Canvas(QtInteractor):
 
 
 class FlatCanvas(Canvas):
-    """A canvas for plane things: each drag moves, none turns."""
+    """A canvas for plane things, seen from above: each drag moves, none turns."""
+
+    def refresh(self) -> None:
+        """Have the scene drawn again, soon and once; it is never deeper than before."""
+        self.update()
+
+    def look_down(self, x: float, y: float, height: float) -> None:
+        """Look at a place of the plane from above; all between the camera and the plane is drawn."""
+        camera = self.renderer.GetActiveCamera()
+        camera.SetPosition(x, y, height)
+        camera.SetFocalPoint(x, y, 0)
+        camera.SetClippingRange(NEAREST * height, FARTHEST * height)
 
     def turn(self, step: QPointF) -> None:
         """Move, because plane things do not turn."""

@@ -61,7 +61,7 @@ class ColorScale(QWidget):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        self._judged: Scale | None = None
+        self.judged: Scale | None = None
         self._theme: Theme | None = None
         self._room = ROOM
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
@@ -74,7 +74,7 @@ class ColorScale(QWidget):
 
     def show_judged(self, judged: Scale | None) -> None:
         """Show the scale of a quantity, or nothing."""
-        self._judged = judged
+        self.judged = judged
         self.setVisible(judged is not None)
         if judged is not None:
             self.setAccessibleName(f"{judged.quantity.title}: {', '.join(self.texts)}")
@@ -95,7 +95,7 @@ class ColorScale(QWidget):
         return texts if wide <= self._room - 2 * PADDING else self._texts(FEWEST_TICKS)
 
     def _texts(self, count: int) -> list[str]:
-        judged = self._judged
+        judged = self.judged
         if judged is None:
             return []
         values = np.linspace(judged.low, judged.high, count)
@@ -104,14 +104,14 @@ class ColorScale(QWidget):
     def sizeHint(self) -> QSize:
         """Return room for the title, the bar and its numbers."""
         metrics = self.fontMetrics()
-        title = metrics.horizontalAdvance(self._judged.quantity.title) if self._judged else 0
+        title = metrics.horizontalAdvance(self.judged.quantity.title) if self.judged else 0
         numbers = sum(metrics.horizontalAdvance(text) + BETWEEN for text in self.texts)
         width = max(BAR_WIDTH, title, numbers) + 2 * PADDING
         return QSize(width, 2 * metrics.height() + BAR_HEIGHT + 2 * PADDING + 4)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw title, bar and numbers."""
-        judged, theme = self._judged, self._theme
+        judged, theme = self.judged, self._theme
         if judged is None or theme is None:
             return
         painter = QPainter(self)

@@ -177,9 +177,7 @@ class FlatView:
 
     def focus(self, point: Floats) -> None:
         """Bring a (3,) point of the scene to the middle."""
-        camera = self.canvas.renderer.GetActiveCamera()
-        camera.SetPosition(point[0], point[1], CAMERA_Z)
-        camera.SetFocalPoint(point[0], point[1], 0)
+        self.canvas.look_down(point[0], point[1], CAMERA_Z)
         self._is_home = False
         self.canvas.refresh()
 
@@ -187,8 +185,7 @@ class FlatView:
         """See the whole rectangle."""
         camera = self.canvas.renderer.GetActiveCamera()
         aspect = self.canvas.width() / max(self.canvas.height(), 1)
-        camera.SetPosition(0, 0, CAMERA_Z)
-        camera.SetFocalPoint(0, 0, 0)
+        self.canvas.look_down(0, 0, CAMERA_Z)
         camera.SetViewUp(0, 1, 0)
         camera.SetParallelScale(MARGIN * max(HEIGHT, WIDTH / max(aspect, 0.1)) / 2)
         self._is_home = True

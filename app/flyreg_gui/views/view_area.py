@@ -68,6 +68,7 @@ class ViewArea(QWidget):
         self._trim, self._judging, self._coloring = trim, judging, coloring
         self._theme: Theme | None = None
         self._looks: dict[Role, Look] = {}
+        self._landmarks: object = None  # those on show
         self._blend = 0.0
         self._instead: float | None = None
         self.marker_scale, self._are_markers_shown, self._are_own_named = 1.0, True, False
@@ -259,7 +260,7 @@ class ViewArea(QWidget):
             frame.set_empty(results is None)
             frame.set_caption("")
         if results is None:
-            self._looks = {}
+            self._looks, self._landmarks = {}, None
             for view in self.views:
                 view.clear()
             for frame in self.frames:
@@ -268,7 +269,8 @@ class ViewArea(QWidget):
             self._show_cut_handles()
         else:
             self._show_brains(results)
-            self._show_landmarks()
+            if results.landmarks is not self._landmarks or self._coloring.colors is not None:
+                self._show_landmarks()
         self.brains_shown.emit()
 
     def _on_raw(self, *_news: object) -> None:
@@ -282,6 +284,7 @@ class ViewArea(QWidget):
         self._on_cut()
         if self._trim.is_on:
             self._show_keys()
+            self._landmarks = None
             self.source.clear_landmarks()
             self.target.clear_landmarks()
             self.trim_views.show()
@@ -358,6 +361,7 @@ class ViewArea(QWidget):
         results = self._session.results
         if results is None or self._theme is None:
             return
+        self._landmarks = results.landmarks
         landmarks = results.landmarks if self._are_markers_shown else ()
         named = list(self._selection.ids[:MOST_NAMED])
         if self._are_own_named:

@@ -182,6 +182,7 @@ class ViewFrame(QFrame):
         self.legend = QLabel(self)
         self.legend.setTextFormat(Qt.TextFormat.RichText)
         self.legend.hide()
+        self._key: tuple[tuple[Color, str, str], ...] = ()  # what the legend says
         self.names = NameList(self)
         self.scale, self.marker_scale = ColorScale(self), ColorScale(self)
         layout = QVBoxLayout(self)
@@ -209,6 +210,9 @@ class ViewFrame(QFrame):
 
     def show_legend(self, key: Sequence[tuple[Color, str, str]]) -> None:
         """Say what colours mean, each with a tip; nothing takes the legend away."""
+        if tuple(key) == self._key:
+            return
+        self._key = tuple(key)
         rows = [f"<span style='color: {css(color)};'>■</span> {text}" for color, text, _ in key]
         self.legend.setText("<br>".join(rows))
         self.legend.setToolTip("\n".join(f"{text}: {meaning}" for _, text, meaning in key))
@@ -222,13 +226,15 @@ class ViewFrame(QFrame):
 
     def show_scale(self, judged: Judged | None) -> None:
         """Say by a bar what colours mean, or take it away."""
-        self.scale.show_judged(judged)
-        self._place_note()
+        if judged is not self.scale.judged:
+            self.scale.show_judged(judged)
+            self._place_note()
 
     def show_marker_scale(self, scale: Scale | None) -> None:
         """Say by a bar what the colours of landmarks mean, or take it away."""
-        self.marker_scale.show_judged(scale)
-        self._place_note()
+        if scale is not self.marker_scale.judged:
+            self.marker_scale.show_judged(scale)
+            self._place_note()
 
     def set_empty(self, empty: bool) -> None:
         """Show or hide the note."""
@@ -236,9 +242,10 @@ class ViewFrame(QFrame):
 
     def set_caption(self, text: str) -> None:
         """Say something at the foot of what is drawn, or nothing."""
-        self._caption.setText(text)
-        self._caption.setVisible(bool(text))
-        self._place_note()
+        if text != self._caption.text():
+            self._caption.setText(text)
+            self._caption.setVisible(bool(text))
+            self._place_note()
 
     def _place_note(self) -> None:
         self._note.setGeometry(self.canvas.geometry().adjusted(12, 12, -12, -12))
