@@ -143,8 +143,8 @@ def _signals_held_back() -> Iterator[None]:
     finally:
         for number, handler in heard.items():
             signal.signal(number, handler)
-    for number in arrived:
-        signal.raise_signal(number)
+    for late in arrived:
+        signal.raise_signal(late)
 
 
 def _wait(process: subprocess.Popen[Any], seconds: float) -> bool:

@@ -100,7 +100,9 @@ class Tunnels(QObject):
     def _on_news(self, _news: object) -> None:
         """Tell of other tunnels, not of all that follows a slider: the brains would be drawn anew."""
         brains = [self._session.brain(role) for role in ROLES]
-        known = [() if b is None else (b.raw, b.frame, b.tunnels, b.is_guess) for b in brains]
+        known: list[tuple[object, ...]] = [
+            () if b is None else (b.raw, b.frame, b.tunnels, b.is_guess) for b in brains
+        ]
         if known != self._known:
             self._known, self.chosen = known, None
             self.changed.emit()
