@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, dijkstra
 from scipy.sparse.linalg import SuperLU, splu
@@ -231,10 +232,11 @@ def _path_of_half_edges(ring: Ring) -> Integers:
     m, n = len(ring.faces), ring.n_vertices
     directed = half_edges(ring.faces)
     face = np.tile(np.arange(m), 3)
-    key, opposite = directed[:, 0] * n + directed[:, 1], directed[:, 1] * n + directed[:, 0]
+    key = directed.min(axis=1) * n + directed.max(axis=1)
     order = np.argsort(key)
-    place = np.minimum(np.searchsorted(key[order], opposite), len(key) - 1)
-    twin = np.where(key[order][place] == opposite, order[place], -1)
+    one, other = (order[side][np.diff(key[order]) == 0] for side in (np.s_[:-1], np.s_[1:]))
+    twin = np.full(len(directed), -1)
+    twin[one], twin[other] = other, one
     inner = np.flatnonzero(twin >= 0)
     dual = sparse.coo_array((np.ones(len(inner)), (face[inner], face[twin[inner]])), (m, m))
     on_hole, on_outer = (
@@ -268,9 +270,22 @@ def _jumps_of(directed: Integers, edges: Integers, jumps: Integers, n: int) -> I
 
 
 def _numbers_of(directed: Integers, edges: Integers, n: int) -> Integers:
-    """Return where in the (e, 2) edges, which are in order, each directed edge is."""
-    low, high = (pick(directed[:, 0], directed[:, 1]) for pick in (np.minimum, np.maximum))
-    return np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
+    """Return where in the (e, 2) edges, which are in order, each directed edge of them is."""
+    firsts = np.searchsorted(edges[:, 0], np.arange(n))
+    return _look_up(firsts, np.ascontiguousarray(edges[:, 1]), directed)
+
+
+@njit(nogil=True, cache=True)
+def _look_up(firsts: Integers, ends: Integers, directed: Integers) -> Integers:
+    """Go through the few edges that begin where an edge does, to the one that ends where it does."""
+    places = np.zeros(len(directed), dtype=np.int64)
+    for k in range(len(directed)):
+        low, high = min(directed[k, 0], directed[k, 1]), max(directed[k, 0], directed[k, 1])
+        place = firsts[low]
+        while place < len(ends) and ends[place] != high:
+            place += 1
+        places[k] = place
+    return places
 
 
 def _corner_shifts(faces: Integers, edges: Integers, jumps: Integers) -> Integers:
