@@ -8,7 +8,7 @@ import numpy as np
 
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.progress import Report, within
-from flyreg_core.side_by_side import side_by_side
+from flyreg_core.side_by_side import both, side_by_side
 from flyreg_core.topology import used_vertices
 
 SAMPLES = 100_000
@@ -57,12 +57,11 @@ def measure_distances(
     Cignoni, Rocchini, Scopigno, Metro: measuring error on simplified surfaces, Computer Graphics
     Forum 17(2), 1998, doi:10.1111/1467-8659.00236.
     """
-    return Distances(
-        b.diagonal,
-        _summary(a, b, samples, within(report, 0.0, 0.5)),
-        _summary(b, a, samples, within(report, 0.5, 1.0)),
-        samples,
-    )
+    of_a, of_b = both(lambda: _points_of(a, samples), lambda: _points_of(b, samples))
+    from_a = distances_to_surface(of_a, b, within(report, 0.0, 0.5))
+    from_b = distances_to_surface(of_b, a, within(report, 0.5, 1.0))
+    summaries = both(lambda: _summary(from_a, samples), lambda: _summary(from_b, samples))
+    return Distances(b.diagonal, *summaries, samples)
 
 
 def distances_of_vertices(a: SurfaceMesh, b: SurfaceMesh, report: Report) -> Floats:
@@ -113,10 +112,14 @@ def sample_surface(surface: SurfaceMesh, samples: int) -> Floats:
     return np.asarray(np.einsum("ij,ijk->ik", barycentric, surface.vertices[surface.faces[face]]))
 
 
-def _summary(start: SurfaceMesh, end: SurfaceMesh, samples: int, report: Report) -> DistanceSummary:
-    used = start.vertices[used_vertices(start.faces)]
-    points = np.concatenate([sample_surface(start, samples), used])
-    everywhere = distances_to_surface(points, end, report)
+def _points_of(surface: SurfaceMesh, samples: int) -> Floats:
+    """Return (samples + n, 3) samples of a surface and after them its n used vertices."""
+    used = surface.vertices[used_vertices(surface.faces)]
+    return np.concatenate([sample_surface(surface, samples), used])
+
+
+def _summary(everywhere: Floats, samples: int) -> DistanceSummary:
+    """Return the summary of the distances of so many samples and, after them, of vertices."""
     distance = everywhere[:samples]
     return DistanceSummary(
         mean_um=float(distance.mean()),
