@@ -27,11 +27,13 @@ STEPS = np.array([step for step in np.ndindex(3, 3, 3) if step != (1, 1, 1)], dt
 def pocket_depths(inside: Booleans) -> Floats:
     """Return (nx, ny, nz) how far it is from the open to each voxel of a pocket, voxels.
 
-    The way leads through the pocket. 0 in the open and inside, infinite in cavities.
+    The way leads through the pocket. 0 in the open and inside, infinite in cavities. A chamber that
+    the ball does not reach is a pocket, however wide it is.
     """
     margin = int(np.ceil(WIDE)) + 1
     solid = np.pad(inside, margin)
-    pockets = close_cracks(solid, WIDE) & ~solid
+    reached = ~ndimage.binary_fill_holes(close_cracks(solid, WIDE), kuhn_structure())
+    pockets = ~reached & ~solid
     structure = np.ones((3, 3, 3), dtype=bool)
     start = ndimage.binary_dilation(pockets, structure) & ~pockets & ~solid
     depth = _shortest_ways(
@@ -111,14 +113,21 @@ def fill_pockets(
 def _without(
     outside: Booleans, places: Booleans, depths: Floats, rim: Booleans, report: Report
 ) -> Booleans:
-    """Return the outside without some places, but with those pieces of them that are the tunnel.
+    """Return the outside without some places, the tunnel through them and its surroundings excepted.
 
-    They meet its membrane, or cannot go as a whole without changing the topology.
+    The tunnel's way is what is left of them in the middle when all that can go is gone. Pockets of
+    the tunnel are as deep as it is from there to them; how wide the tunnel is does not count.
     """
+    way = outside.copy()
+    to_wall = ndimage.distance_transform_edt(outside)
+    carve(way, outside & ~places, -to_wall, within(report, 0.0, 0.5))
+    steps = STEPS @ np.array(outside.strides, dtype=np.int64)
+    start = np.flatnonzero(places & (way | rim))
+    away = _shortest_ways(places.reshape(-1), start, steps, np.linalg.norm(STEPS, axis=1))
+    is_far = places & (away.reshape(places.shape) > WIDE + DEPTH)
     rest = outside.copy()
-    carve(rest, outside & ~places, depths, report)
-    pieces, _ = ndimage.label(places, np.ones((3, 3, 3)))  # not even diagonal neighbours
-    return np.asarray(rest | (places & np.isin(pieces, pieces[places & (rest | rim)])))
+    carve(rest, outside & ~is_far, depths, within(report, 0.5, 1.0))
+    return rest
 
 
 def below_lids(filled: VoxelSolid, depths: Floats) -> Floats:

@@ -57,8 +57,13 @@ def as_torus(mesh: SurfaceMesh) -> Torus:
 
 def farthest_apart(a: SurfaceMesh, b: SurfaceMesh) -> float:
     """Return the largest distance from a vertex of either surface to the other."""
+    return float(vertices_apart(a, b).max())
+
+
+def vertices_apart(a: SurfaceMesh, b: SurfaceMesh) -> NDArray[np.float64]:
+    """Return (n,) the distances from all vertices of either surface to the other."""
     square = [
-        igl.point_mesh_squared_distance(one.vertices, other.vertices, other.faces)[0].max()
+        igl.point_mesh_squared_distance(one.vertices, other.vertices, other.faces)[0]
         for one, other in ((a, b), (b, a))
     ]
-    return float(np.sqrt(max(square)))
+    return np.sqrt(np.concatenate(square))

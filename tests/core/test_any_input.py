@@ -8,12 +8,15 @@ import pytest
 from flyreg_core.brain_files import open_brain, read_brain
 from flyreg_core.surface_distance import sample_surface
 from tests.core.test_amira_surface import single
-from tests.moved import as_torus, farthest_apart
+from tests.moved import as_torus, vertices_apart
 
 POINTS = 100_000
 VOXEL = np.array([0.35, 0.35, 1.0])
 MARGIN = 5.0
 FORMS = ("Amira surface", "points with normals", "points alone", "label volume")
+SAME, BUT_FOR = 2.0, 0.01
+"""Voxels; and the share of vertices that may be farther off where only points are known: whether the
+ball enters a chamber can hang on points that happen to be missing."""
 
 
 @pytest.fixture(scope="module")
@@ -24,14 +27,20 @@ def original():
 
 
 @pytest.fixture(scope="module", params=FORMS)
-def again(request, original, tmp_path_factory):
+def form(request):
+    """What kind of file it is given as."""
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def again(form, original, tmp_path_factory):
     """The torus it becomes when it is given in another form."""
     write = {
         "Amira surface": amira_surface,
         "points with normals": points_with_normals,
         "points alone": points_alone,
         "label volume": label_volume,
-    }[request.param]
+    }[form]
     return as_torus(read_brain(open_brain(write(tmp_path_factory.mktemp("form"), original[0]))))
 
 
@@ -90,8 +99,10 @@ def add_crossings(changes, vertices, faces):
         np.add.at(changes, index, np.int8(-np.sign(area)))
 
 
-def test_a_brain_becomes_the_same_surface_in_whatever_form_it_is_given(original, again):
-    assert farthest_apart(again.surface, original[1].surface) <= 2 * original[1].pitch
+def test_a_brain_becomes_the_same_surface_in_whatever_form_it_is_given(form, original, again):
+    away = vertices_apart(again.surface, original[1].surface) / original[1].pitch
+    allowed = BUT_FOR if form.startswith("points") else 0.0
+    assert (away > SAME).mean() <= allowed
 
 
 def test_a_brain_has_the_same_oesophagus_in_whatever_form_it_is_given(original, again):

@@ -45,6 +45,18 @@ def test_a_slit_narrower_than_the_ball_stays_open_to_the_same_depth(width):
     assert inside[solid.inside].all()
 
 
+def test_a_chamber_behind_a_narrow_mouth_is_filled_however_wide_it_is():
+    mouth = 2
+    solid = with_slit(2, deep=mouth)
+    inside = solid.inside.copy()
+    chamber = (np.s_[8:17], np.s_[23:32], np.s_[TOP + mouth : TOP + mouth + 7])
+    assert inside[chamber].all()
+    inside[chamber] = False
+    found, _ = filled(replace(solid, inside=inside))
+    assert found[chamber].all()
+    assert not found[10, 27:29, TOP : TOP + OPEN].any()
+
+
 def test_a_slit_that_is_wider_than_the_ball_stays_as_it_is():
     solid = with_slit(7)
     assert (filled(solid)[0] == solid.inside).all()
