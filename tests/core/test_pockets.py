@@ -46,10 +46,10 @@ def test_a_slit_narrower_than_the_ball_stays_open_to_the_same_depth(width):
 
 
 def test_a_chamber_behind_a_narrow_mouth_is_filled_however_wide_it_is():
-    mouth = 2
+    mouth = 4
     solid = with_slit(2, deep=mouth)
     inside = solid.inside.copy()
-    chamber = (np.s_[8:17], np.s_[23:32], np.s_[TOP + mouth : TOP + mouth + 7])
+    chamber = (np.s_[8:17], np.s_[23:32], np.s_[TOP + mouth : TOP + mouth + 5])
     assert inside[chamber].all()
     inside[chamber] = False
     found, _ = filled(replace(solid, inside=inside))
