@@ -15,10 +15,8 @@ DARKEST, LIGHTEST = 0.55, 1.3
 """Brightness of the deepest groove and of the highest bump."""
 
 
-def relief_colors(surface: SurfaceMesh, color: Color | NDArray[np.integer]) -> NDArray[np.uint8]:
-    """Return an (n, 3) colour for each vertex: bumps lighter, grooves darker.
-
-    `color` is one for all, or one for each vertex.
+def relief_of(surface: SurfaceMesh) -> Floats:
+    """Return (n,) how bright each vertex is drawn: 1 as it is, bumps lighter, grooves darker.
 
     Carried along with the vertices, it shows where the bumps of one brain land on another.
     """
@@ -28,11 +26,17 @@ def relief_colors(surface: SurfaceMesh, color: Color | NDArray[np.integer]) -> N
         smoothed = matrix @ smoothed
     height = np.einsum("ij,ij->i", surface.vertices - smoothed, surface.vertex_normals)
     height *= 1.0 if surface.volume >= 0 else -1.0  # in mirrored files normals point inwards
-    return _tinted(height, color)
-
-
-def _tinted(height: Floats, color: Color | NDArray[np.integer]) -> NDArray[np.uint8]:
     low, high = np.percentile(height, [4, 96])
-    share = np.clip((height - low) / max(high - low, 1e-12), 0, 1)[:, None]
-    brightness = DARKEST + (LIGHTEST - DARKEST) * share
-    return np.asarray(np.clip(np.array(color) * brightness, 0, 255), dtype=np.uint8)
+    share = np.clip((height - low) / max(high - low, 1e-12), 0, 1)
+    return np.asarray(DARKEST + (LIGHTEST - DARKEST) * share)
+
+
+def tinted(brightness: Floats, color: Color | NDArray[np.integer]) -> NDArray[np.uint8]:
+    """Return (n, 3) colours of so many vertices; `color` is one for all, or one for each."""
+    shaded = np.array(color) * brightness[:, np.newaxis]
+    return np.asarray(np.clip(shaded, 0, 255), dtype=np.uint8)
+
+
+def relief_colors(surface: SurfaceMesh, color: Color | NDArray[np.integer]) -> NDArray[np.uint8]:
+    """Return an (n, 3) colour for each vertex of a surface: bumps lighter, grooves darker."""
+    return tinted(relief_of(surface), color)

@@ -30,7 +30,7 @@ from flyreg_core.picture import (
 )
 from flyreg_core.progress import Report, within
 from flyreg_core.rectangle import HEIGHT, WIDTH
-from flyreg_core.relief import relief_colors
+from flyreg_core.relief import tinted
 from flyreg_core.results import Results
 from flyreg_core.side_by_side import side_by_side
 from flyreg_core.surface_distance import distances_of_vertices
@@ -191,7 +191,7 @@ def _layers(results: Results, distance: Colors, displacement: Colors) -> dict[st
     registered = results.registration.surface
     aligned = source.surface.moved(results.alignment.to_target(source.surface.vertices))
     blue, brown = side_by_side(
-        lambda brain: relief_colors(*brain), ((source.surface, SOURCE), (target.surface, TARGET))
+        lambda brain: tinted(brain[0].relief, brain[1]), ((source, SOURCE), (target, TARGET))
     )
     points = np.concatenate([target.surface.vertices, aligned.vertices])
     stage = _Stage.around(points, target.frame)

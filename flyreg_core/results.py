@@ -18,6 +18,7 @@ from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair
 from flyreg_core.lift import Registration
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.project import Brain, Project
+from flyreg_core.relief import relief_of
 from flyreg_core.shape_map import ShapeMap
 from flyreg_core.simplify import Simplified
 from flyreg_core.surface_distance import Distances
@@ -52,6 +53,11 @@ class PreparedBrain:
     def halves(self) -> Mapping[HalfName, FlatHalf]:
         """Both halves laid flat."""
         return self.flat.halves
+
+    @cached_property
+    def relief(self) -> Floats:
+        """(n,) how bright each vertex of the surface is drawn, see `relief_of`."""
+        return relief_of(self.surface)
 
 
 @dataclass(frozen=True, eq=False)

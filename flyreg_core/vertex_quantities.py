@@ -12,10 +12,10 @@ from flyreg_core.affine import best_affine
 from flyreg_core.distortion import log_area_ratios, log_dilatations, to_vertices
 from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import Floats, SurfaceMesh
-from flyreg_core.progress import Report
+from flyreg_core.progress import Report, within
 from flyreg_core.report import STATUS, vertex_status, weight_influence
 from flyreg_core.results import Results
-from flyreg_core.surface_distance import distances_to_surface
+from flyreg_core.surface_distance import distances_of_vertices
 
 ROBUST = 98.0
 """Colours span this many per cent of the values; those beyond have the colours of the ends."""
@@ -91,12 +91,10 @@ def summarize(values: Floats, areas: Floats, quantity: Quantity, within: float =
 
 
 def _distance(results: Results, report: Report) -> VertexValues:
-    """Vertices lie on the target by construction: the middles of faces tell how far between."""
+    """Vertices lie on the target by construction: the faces around them tell how far it is between."""
     moved, target = results.registration.surface, results.target.surface
-    middles = moved.vertices[moved.faces].mean(axis=1)
-    away = distances_to_surface(middles, target, report)
-    here = to_vertices(away, moved.faces, moved.face_areas, len(moved.vertices))
-    return VertexValues(here, distances_to_surface(target.vertices, moved, report))
+    here = distances_of_vertices(moved, target, within(report, 0.0, 0.5))
+    return VertexValues(here, distances_of_vertices(target, moved, within(report, 0.5, 1.0)))
 
 
 def _displacement(results: Results, report: Report) -> VertexValues:

@@ -71,10 +71,13 @@ class PreparingPipeline(QObject):
         if not self._pipeline.is_prepared(project):
             self._read(project, within(report, 0.0, READING))
         try:
-            return self._pipeline.run(project, report, measure)
+            results = self._pipeline.run(project, report, measure)
         except (InputError, MeshError, TopologyError) as error:
             role = self._role_of_failure(project, report)
             raise PreparingError(error, self._remains(project, role, error, report)) from error
+        for brain in (results.source, results.target):
+            _ = brain.relief  # found here, beside the window, and known when it is drawn
+        return results
 
     def _read(self, project: Project, report: Report) -> None:
         """Read both brains and tell of it; why one cannot be read is told by the run that follows."""

@@ -45,8 +45,10 @@ class GridLines:
         """Return the lines of a mesh with (k, 2) vertices."""
         parts = []
         for axis, size in enumerate((WIDTH, HEIGHT)):
+            place = plane[:, axis]
+            is_crossed = np.ptp(np.ceil((place + size / 2) / GRID_STEP)[faces], axis=1) > 0
             for level in np.arange(GRID_STEP - size / 2, size / 2 - 1e-9, GRID_STEP):
-                parts.append(_level_line(plane[:, axis] - level, faces))
+                parts.append(_level_line(place - level, faces[is_crossed]))
         starts, ends, shares = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         segments = np.arange(len(starts), dtype=np.int64).reshape(-1, 2)
         return cls(starts, ends, shares[:, None], segments)

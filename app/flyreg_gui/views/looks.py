@@ -8,7 +8,7 @@ from typing import Literal
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.progress import ignore
 from flyreg_core.project import Role
-from flyreg_core.relief import relief_colors
+from flyreg_core.relief import relief_colors, tinted
 from flyreg_core.results import PreparedBrain
 from flyreg_core.smooth import smooth
 from flyreg_gui.judging import Judging
@@ -38,7 +38,7 @@ class Look:
 
     @cached_property
     def _plain(self) -> Colors:
-        return relief_colors(self.brain.surface, self._color)
+        return tinted(self.brain.relief, self._color)
 
     @cached_property
     def _by_origin(self) -> Colors:

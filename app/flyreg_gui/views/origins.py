@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flyreg_core.mesh import Integers
-from flyreg_core.relief import relief_colors
+from flyreg_core.relief import tinted
 from flyreg_core.results import PreparedBrain
 from flyreg_core.torus import ORIGINS
 from flyreg_gui.theme import Color
@@ -43,7 +43,7 @@ def origins_of(brain: PreparedBrain) -> Integers:
 def origin_colors(brain: PreparedBrain) -> Colors:
     """Return an (n, 3) colour for each vertex of a prepared surface, shaded by its relief."""
     palette = np.array([ORIGIN_COLORS[name] for name in ORIGINS])
-    return relief_colors(brain.surface, palette[origins_of(brain)])
+    return tinted(brain.relief, palette[origins_of(brain)])
 
 
 def key_of(brain: PreparedBrain) -> list[tuple[Color, str, str]]:
