@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.mesh import Floats, Integers, SurfaceMesh
 from flyreg_core.progress import Report, within
 from flyreg_core.side_by_side import both, side_by_side
 from flyreg_core.topology import used_vertices
@@ -95,14 +95,13 @@ def distances_to_surface(points: Floats, surface: SurfaceMesh, report: Report) -
     return np.sqrt(np.concatenate(squared))
 
 
-def sample_surface(surface: SurfaceMesh, samples: int) -> Floats:
+def sample_surface(surface: SurfaceMesh, samples: int, order: Integers | None = None) -> Floats:
     """Return (samples, 3) points on a surface, one in each of as many equal shares of its area.
 
-    They run as the faces lie in the boxes of the surface's tree, so that those that follow one
-    another lie next to one another: what is then looked for near them is mostly in fast memory.
+    The shares run through the faces as they are numbered, or in another order.
     """
     rng = np.random.default_rng(SEED)
-    order = surface.tree.face
+    order = np.arange(len(surface.faces)) if order is None else order
     cumulative = np.cumsum(surface.face_areas[order])
     position = (np.arange(samples) + rng.uniform(size=samples)) / samples * cumulative[-1]
     place = np.minimum(np.searchsorted(cumulative, position, side="right"), len(order) - 1)
@@ -113,9 +112,13 @@ def sample_surface(surface: SurfaceMesh, samples: int) -> Floats:
 
 
 def _points_of(surface: SurfaceMesh, samples: int) -> Floats:
-    """Return (samples + n, 3) samples of a surface and after them its n used vertices."""
+    """Return (samples + n, 3) samples of a surface and after them its n used vertices.
+
+    The samples run as faces lie in the boxes of its tree: those that follow one another lie next to
+    one another, so that what is nearest to them is mostly in fast memory already.
+    """
     used = surface.vertices[used_vertices(surface.faces)]
-    return np.concatenate([sample_surface(surface, samples), used])
+    return np.concatenate([sample_surface(surface, samples, surface.tree.face), used])
 
 
 def _summary(everywhere: Floats, samples: int) -> DistanceSummary:

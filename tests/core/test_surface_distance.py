@@ -166,7 +166,7 @@ def test_the_figures_are_those_of_meshlab_within_half_a_per_cent(direction):
 
 def test_the_summary_is_that_of_distances_by_another_library():
     a, b = random_surface(1), random_surface(2)
-    points = sample_surface(a, SAMPLES)
+    points = sample_surface(a, SAMPLES, a.tree.face)
     _, away, _ = trimesh.proximity.closest_point(
         trimesh.Trimesh(b.vertices, b.faces, process=False), np.vstack([points, a.vertices])
     )
@@ -197,9 +197,9 @@ def test_the_mean_does_not_depend_on_how_densely_a_surface_is_meshed():
 @settings(max_examples=20)
 def test_each_face_has_samples_in_proportion_to_its_area(seed):
     surface = random_surface(seed)
-    points = sample_surface(surface, SAMPLES)
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
     order = surface.tree.face
+    points = sample_surface(surface, SAMPLES, order)
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
     share = np.cumsum(surface.face_areas[order]) / surface.face_areas.sum()
     # face by face in order, so the first n faces hold their share of the points to within one
     corners = order[np.searchsorted(share, (np.arange(SAMPLES) + 0.5) / SAMPLES)]
