@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import filecmp
 import shlex
 from dataclasses import replace
 
@@ -42,5 +43,5 @@ def test_the_exported_mesh_is_that_of_the_command_byte_for_byte(qtbot, window, t
     answer_file_dialog(path)
     press(qtbot, window, Qt.Key.Key_E, CONTROL)
     qtbot.waitUntil(path.exists)
-    assert path.read_bytes() == expected.read_bytes()
+    assert filecmp.cmp(path, expected, shallow=False)
     assert b"weight_influence" in path.read_bytes()

@@ -114,7 +114,8 @@ def test_the_same_command_and_the_saved_project_give_the_same_bytes(
     assert main(["register", *repeated]) == DONE
     first = (registered / "registered.ply").read_bytes()
     for folder in ("again", "repeated"):
-        assert (tmp_path / folder / "registered.ply").read_bytes() == first
+        is_same = (tmp_path / folder / "registered.ply").read_bytes() == first
+        assert is_same
         assert without_cost(report_of(tmp_path / folder)) == without_cost(report_of(registered))
 
 

@@ -260,5 +260,5 @@ def test_halves_that_agree_on_their_boundary_need_no_sewing(source, target):
 
 def test_the_same_call_gives_the_same_bytes(demo_registration, source, target):
     again = register_pair(source, target, LandmarkParameters())
-    assert again.surface.vertices.tobytes() == demo_registration.surface.vertices.tobytes()
+    assert np.array_equal(again.surface.vertices, demo_registration.surface.vertices)
     assert again.residual_um == demo_registration.residual_um
