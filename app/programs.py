@@ -24,6 +24,9 @@ OLDEST_PYTHON = (3, 11)
 SET_UP_FAILED = 3
 INTERRUPTED = 130
 
+ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""Signals that end this program and what it has started, as Ctrl-C does."""
+
 SECONDS_TO_END = 0.2
 SECONDS_TO_REPORT = 0.5
 
@@ -50,9 +53,8 @@ def run_to_exit_status(main: Callable[[list[str]], int]) -> int:
     int
         What `main` returned, 3 if this machine could not be set up, 130 after Ctrl-C.
     """
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+    for number in ENDING:
+        if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, _exit_on_signal)
     try:
         _check_python()
@@ -134,7 +136,7 @@ def _signals_held_back() -> Iterator[None]:
         yield
         return
     arrived: list[int] = []
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, *ENDING)}
     heard = {number: handler for number, handler in handlers.items() if callable(handler)}
     try:
         for number in heard:
