@@ -13,39 +13,89 @@ from flyreg_core.carve import carve
 from flyreg_core.handles import Carving
 from flyreg_core.mesh import Booleans, Floats, Integers
 from flyreg_core.progress import Report, within
-from flyreg_core.solid import VoxelSolid, close_cracks, kuhn_structure
+from flyreg_core.solid import VoxelSolid, kuhn_structure
 
-WIDE = 2.0
-"""A ball of this radius rolls around the solid, voxels; where it does not reach are pockets."""
+NARROW, WIDE = 1.0, 4.0
+"""Radii of balls, voxels: a way counts in full where no larger one than the first fits, and less the
+larger it is, down to nothing where the second does."""
 DEPTH = 1.5
-"""How deep pockets stay open, voxels: deep enough to show, shallower than the error allowed."""
+"""How deep pockets stay open: deep enough to show, shallower than the error allowed."""
+FARTHEST_FROM_WAY = 3.5
+"""How far a deep part of a tunnel may be from its way and stay open, voxels."""
+SHALLOW_BEFORE_MIDDLE = 2.0
+"""How much more the way of a tunnel keeps to the shallow than to the middle."""
 AROUND_MEMBRANES = 2
 """How far around membranes nothing is taken away, voxels."""
 STEPS = np.array([step for step in np.ndindex(3, 3, 3) if step != (1, 1, 1)], dtype=np.int64) - 1
 
 
 def pocket_depths(inside: Booleans) -> Floats:
-    """Return (nx, ny, nz) how far it is from the open to each voxel of a pocket, voxels.
+    """Return (nx, ny, nz) how deep below the open each voxel of a pocket lies, voxels.
 
-    The way leads through the pocket. 0 in the open and inside, infinite in cavities. A chamber that
-    the ball does not reach is a pocket, however wide it is.
+    The way leads through the pocket, and each step of it counts by how narrow the pocket is there:
+    what is a little narrower is a little deeper, and a wide chamber behind a narrow mouth is deep.
+    0 in the open and inside, infinite in cavities.
     """
     margin = int(np.ceil(WIDE)) + 1
-    solid = np.pad(inside, margin)
-    reached = ~ndimage.binary_fill_holes(close_cracks(solid, WIDE), kuhn_structure())
-    pockets = ~reached & ~solid
-    structure = np.ones((3, 3, 3), dtype=bool)
-    start = ndimage.binary_dilation(pockets, structure) & ~pockets & ~solid
+    outside = ~np.pad(inside, margin)
+    narrowness = np.clip((WIDE - local_thickness(outside, WIDE)) / (WIDE - NARROW), 0.0, 1.0)
+    is_open = _with_the_corner(outside & (narrowness == 0))
+    pockets = outside & ~is_open
+    start = ndimage.binary_dilation(pockets, np.ones((3, 3, 3), dtype=bool)) & is_open
     depth = _shortest_ways(
-        *(pockets.reshape(-1), np.flatnonzero(start)),
-        *(STEPS @ np.array(solid.strides, dtype=np.int64), np.linalg.norm(STEPS, axis=1)),
-    ).reshape(solid.shape)
+        *(pockets.reshape(-1), narrowness.reshape(-1), np.flatnonzero(start)),
+        *(STEPS @ np.array(outside.strides, dtype=np.int64), np.linalg.norm(STEPS, axis=1)),
+    ).reshape(outside.shape)
     depth[~pockets] = 0.0
     return np.asarray(depth[(slice(margin, -margin),) * 3])
 
 
+def local_thickness(outside: Booleans, most: float) -> Floats:
+    """Return the radius of the largest ball that covers each voxel and touches no other, voxels.
+
+    Parameters
+    ----------
+    outside : (nx, ny, nz) bool
+        What the balls lie in.
+    most : float
+        Where a ball of this radius fits, no larger one is looked for.
+
+    References
+    ----------
+    Hildebrand, Ruegsegger, A new method for the model-independent assessment of thickness in
+    three-dimensional images, J. Microscopy 185(1), 1997, doi:10.1046/j.1365-2818.1997.1340694.x.
+    """
+    radius = ndimage.distance_transform_edt(outside)
+    is_wide = radius >= most
+    thickness = np.where(ndimage.distance_transform_edt(~is_wide) < most, most, 0.0)
+    _cover(thickness, np.where(is_wide, 0.0, radius))
+    return np.where(outside, thickness, 0.0)
+
+
 @njit(nogil=True, cache=True)
-def _shortest_ways(passable: Booleans, start: Integers, steps: Integers, lengths: Floats) -> Floats:
+def _cover(thickness: Floats, radius: Floats) -> None:
+    width, height, depth = radius.shape
+    for i, j, k in np.argwhere(radius > 0):
+        own = radius[i, j, k]
+        squared, reach = round(own * own), int(own)
+        for x in range(max(0, i - reach), min(width, i + reach + 1)):
+            for y in range(max(0, j - reach), min(height, j + reach + 1)):
+                for z in range(max(0, k - reach), min(depth, k + reach + 1)):
+                    away = (x - i) ** 2 + (y - j) ** 2 + (z - k) ** 2
+                    if away < squared and thickness[x, y, z] < own:
+                        thickness[x, y, z] = own
+
+
+def _with_the_corner(outside: Booleans) -> Booleans:
+    """Return the component of the outside that holds its first corner."""
+    labels, _ = ndimage.label(outside, kuhn_structure())
+    return np.asarray(labels == labels[0, 0, 0])
+
+
+@njit(nogil=True, cache=True)
+def _shortest_ways(
+    passable: Booleans, costs: Floats, start: Integers, steps: Integers, lengths: Floats
+) -> Floats:
     away = np.full(len(passable), np.inf)
     queue = [(0.0, int(voxel)) for voxel in start]
     for voxel in start:
@@ -56,8 +106,11 @@ def _shortest_ways(passable: Booleans, start: Integers, steps: Integers, lengths
         if so_far > away[voxel]:
             continue
         for k in range(len(steps)):
-            near, further = voxel + steps[k], so_far + lengths[k]
-            if passable[near] and further < away[near]:
+            near = voxel + steps[k]
+            if not passable[near]:
+                continue
+            further = so_far + lengths[k] * (costs[voxel] + costs[near]) / 2
+            if further < away[near]:
                 away[near] = further
                 heapq.heappush(queue, (further, near))
     return away
@@ -88,9 +141,9 @@ def fill_pockets(
 
     Notes
     -----
-    Whether a ball fits decides about a whole pocket: a surface that is a little different would
-    keep one that another has filled. Here such surfaces differ by no more than the depth that stays
-    open. Voxels are added, the deepest first, and taken away, those nearest to the open first, only
+    Were one ball to decide by whether it fits about a whole pocket, a surface that is a little
+    different would keep one that another has filled. Here such surfaces differ by no more than the
+    depth that stays open. Voxels are added, the deepest first, and taken away, those nearest to the open first, only
     where that does not change the topology: the handle remains the one that was chosen. Nothing
     changes next to its membrane, from which turns around it are counted, and nothing is taken away
     next to the others: they would be left standing alone, with no thickness to cut.
@@ -115,16 +168,21 @@ def _without(
 ) -> Booleans:
     """Return the outside without some places, the tunnel through them and its surroundings excepted.
 
-    The tunnel's way is what is left of them in the middle when all that can go is gone. Pockets of
-    the tunnel are as deep as it is from there to them; how wide the tunnel is does not count.
+    The tunnel's way is what is left of them when all that can go is gone, the deepest and nearest
+    to the wall first. Pockets of the tunnel are as deep as it is from there to them; how wide the
+    tunnel is does not count. What is cut off from the open by them is one of them.
     """
+    kept = _with_the_corner(outside & ~places)
+    places = outside & ~kept
     way = outside.copy()
-    to_wall = ndimage.distance_transform_edt(outside)
-    carve(way, outside & ~places, -to_wall, within(report, 0.0, 0.5))
+    finite = np.where(np.isinf(depths), outside.size, depths)
+    last = SHALLOW_BEFORE_MIDDLE * finite - ndimage.distance_transform_edt(outside)
+    carve(way, kept, last, within(report, 0.0, 0.5))
     steps = STEPS @ np.array(outside.strides, dtype=np.int64)
     start = np.flatnonzero(places & (way | rim))
-    away = _shortest_ways(places.reshape(-1), start, steps, np.linalg.norm(STEPS, axis=1))
-    is_far = places & (away.reshape(places.shape) > WIDE + DEPTH)
+    costs, lengths = np.ones(outside.size), np.linalg.norm(STEPS, axis=1)
+    away = _shortest_ways(places.reshape(-1), costs, start, steps, lengths)
+    is_far = places & (away.reshape(places.shape) > FARTHEST_FROM_WAY)
     rest = outside.copy()
     carve(rest, outside & ~is_far, depths, within(report, 0.5, 1.0))
     return rest

@@ -9,7 +9,7 @@ from scipy import ndimage
 
 from flyreg_core.errors import MeshError
 from flyreg_core.frame import ANTERO_POSTERIOR, LEFT_RIGHT
-from flyreg_core.mesh import Floats
+from flyreg_core.mesh import Floats, Integers
 from flyreg_core.solid import VoxelSolid, largest_component
 
 NECK_SEARCH = (0.45, 0.75)
@@ -82,13 +82,26 @@ def find_trim_planes(solid: VoxelSolid, parameters: TrimParameters) -> TrimPlane
     steps = np.arange(nearest, farthest + 1)
     towards_right = np.round(middle - steps).astype(int)
     towards_left = np.round(middle + steps).astype(int)
-    between = solid.pitch / 2  # no voxel lies on a plane, so that rounding decides nothing
-    right = float(x[towards_right[np.argmin(height[towards_right])]]) + between
-    left = float(x[towards_left[np.argmin(height[towards_left])]]) - between
+    between = solid.pitch / 2  # no voxel lies on a plane where heights are level
+    right = float(x[0]) + solid.pitch * _lowest(height, towards_right) + between
+    left = float(x[0]) + solid.pitch * _lowest(height, towards_left) - between
     return TrimPlanes(
         right=right if parameters.right is None else parameters.right,
         left=left if parameters.left is None else parameters.left,
     )
+
+
+def _lowest(height: Floats, places: Integers) -> float:
+    """Return where the height is least: the lowest point of the parabola through three places.
+
+    To a fraction of a voxel, so that a neck which is a little different moves the plane a little.
+    """
+    lowest = int(places[np.argmin(height[places])])
+    before, here, after = height[lowest - 1 : lowest + 2]
+    curvature = before - 2 * here + after
+    if curvature <= 0:
+        return lowest
+    return lowest + float(np.clip((before - after) / (2 * curvature), -0.5, 0.5))
 
 
 def trim(solid: VoxelSolid, planes: TrimPlanes) -> VoxelSolid:

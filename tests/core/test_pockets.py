@@ -6,9 +6,16 @@ from hypothesis import given, settings
 from scipy import ndimage
 
 from flyreg_core.handles import HandleParameters, open_oesophagus
-from flyreg_core.pockets import DEPTH, WIDE, fill_pockets, pocket_depths
+from flyreg_core.pockets import (
+    DEPTH,
+    NARROW,
+    WIDE,
+    fill_pockets,
+    local_thickness,
+    pocket_depths,
+)
 from flyreg_core.progress import ignore
-from flyreg_core.solid import VoxelSolid, close_cracks, close_solid, kuhn_structure
+from flyreg_core.solid import VoxelSolid, close_solid, kuhn_structure
 from tests.core.test_handles import AUTOMATIC, SEEDS, block, genus, random_solid
 
 TUNNEL = (23, 18, 2)
@@ -34,15 +41,24 @@ def with_slit(width, deep=DEEP) -> VoxelSolid:
     return replace(solid, inside=inside)
 
 
-@pytest.mark.parametrize("width", [1, 2, 3, 4])
-def test_a_slit_narrower_than_the_ball_stays_open_to_the_same_depth(width):
+def open_layers(width):
+    """How many layers of a slit stay open, away from its ends."""
     solid = with_slit(width)
     inside, _ = filled(solid)
-    slit = inside[10, 27 : 27 + width, TOP : TOP + DEEP]  # away from its ends
-    bulge = int(WIDE)  # the ball bulges no farther into the widest of them
-    assert not slit[:, :OPEN].any()
-    assert slit[:, OPEN + bulge :].all()
     assert inside[solid.inside].all()
+    layers = inside[10, 27 : 27 + width, TOP : TOP + DEEP]
+    assert (layers == layers[0]).all()  # its floor is flat
+    return int((~layers[0]).sum())
+
+
+def test_a_crack_stays_open_as_deep_as_it_is_to_show():
+    assert open_layers(1) in (OPEN, OPEN + 1)  # the ball bulges into its mouth
+
+
+def test_the_wider_a_slit_is_the_deeper_it_stays_open_until_nothing_is_filled():
+    layers = [open_layers(width) for width in (1, 3, 5)]
+    assert layers == sorted(layers)
+    assert len(set(layers)) == len(layers)
 
 
 def test_a_chamber_behind_a_narrow_mouth_is_filled_however_wide_it_is():
@@ -58,7 +74,7 @@ def test_a_chamber_behind_a_narrow_mouth_is_filled_however_wide_it_is():
 
 
 def test_a_slit_that_is_wider_than_the_ball_stays_as_it_is():
-    solid = with_slit(7)
+    solid = with_slit(2 * int(WIDE) - 1)
     assert (filled(solid)[0] == solid.inside).all()
 
 
@@ -89,10 +105,40 @@ def test_one_handle_stays_one_handle_and_nothing_changes_next_to_its_membrane(se
     assert (inside == carving.solid.inside)[rim].all()
 
 
-def test_depths_are_the_ways_through_a_pocket_from_the_open():
-    solid = with_slit(1)
-    depths = pocket_depths(solid.inside)
-    assert depths[10, 27, TOP : TOP + DEEP] == pytest.approx(np.arange(DEEP))  # flush with its lid
-    assert (depths[solid.inside] == 0).all()
-    is_pocket = close_cracks(solid.inside, WIDE) & ~solid.inside
-    assert ((depths > 0) == is_pocket).all()
+def test_in_a_crack_each_voxel_is_one_deeper_than_that_above():
+    solid = with_slit(int(2 * NARROW) - 1)
+    depths = pocket_depths(solid.inside)[10, 27, TOP : TOP + DEEP]
+    assert 0 < depths[0] < depths[1] < OPEN  # the mouth, where the ball bulges in
+    assert np.diff(depths[1:]) == pytest.approx(1.0)
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_depths_are_found_in_pockets_alone_and_no_hollow_is_left_out(seed):
+    inside = random_solid(seed, -0.5).inside
+    depths = pocket_depths(inside)
+    assert (depths[inside] == 0).all()
+    is_wide = local_thickness(np.pad(~inside, 8, constant_values=True), WIDE) >= WIDE
+    assert (depths[~inside & ~is_wide[(slice(8, -8),) * 3]] > 0).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_taking_voxels_away_makes_no_place_deeper(seed):
+    inside = random_solid(seed, -0.5).inside
+    less = inside & (np.random.default_rng(seed).uniform(size=inside.shape) > 0.02)
+    before, after = pocket_depths(inside)[~inside], pocket_depths(less)[~inside]
+    assert (after <= before + 1e-9).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_the_thickness_is_that_of_the_largest_ball_that_covers_a_place(seed):
+    most = 3.0
+    outside = ~random_solid(seed, -0.5).inside[:16, :12, :12]
+    radius = np.minimum(ndimage.distance_transform_edt(outside), most)
+    places, centers = np.argwhere(np.ones_like(outside)), np.argwhere(outside)
+    squared = ((places[:, None] - centers[None]) ** 2).sum(axis=2)
+    covering = np.where(squared < np.round(radius[outside] ** 2), radius[outside], 0.0)
+    expected = np.where(outside, covering.max(axis=1).reshape(outside.shape), 0.0)
+    assert local_thickness(outside, most) == pytest.approx(expected)
