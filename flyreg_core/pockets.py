@@ -18,7 +18,7 @@ from flyreg_core.solid import VoxelSolid, kuhn_structure
 NARROW, WIDE = 1.0, 4.0
 """Radii of balls, voxels: a way counts in full where no larger one than the first fits, and less the
 larger it is, down to nothing where the second does."""
-DEPTH = 1.5
+DEPTH = 1.0
 """How deep pockets stay open: deep enough to show, shallower than the error allowed."""
 FARTHEST_FROM_WAY = 3.5
 """How far a deep part of a tunnel may be from its way and stay open, voxels."""
@@ -168,23 +168,23 @@ def _without(
 ) -> Booleans:
     """Return the outside without some places, the tunnel through them and its surroundings excepted.
 
-    The tunnel's way is what is left of them when all that can go is gone, the deepest and nearest
+    The tunnel's way is what is left of pockets when all that can go is gone, the deepest and nearest
     to the wall first. Pockets of the tunnel are as deep as it is from there to them; how wide the
-    tunnel is does not count. What is cut off from the open by them is one of them.
+    tunnel is does not count, nor where a membrane spans it. What is cut off from the open by the
+    places is one of them.
     """
-    kept = _with_the_corner(outside & ~places)
-    places = outside & ~kept
+    pockets, places = (outside & ~_with_the_corner(outside & ~part) for part in (depths > 0, places))
     way = outside.copy()
     finite = np.where(np.isinf(depths), outside.size, depths)
     last = SHALLOW_BEFORE_MIDDLE * finite - ndimage.distance_transform_edt(outside)
-    carve(way, kept, last, within(report, 0.0, 0.5))
+    carve(way, outside & ~pockets, last, within(report, 0.0, 0.5))
     steps = STEPS @ np.array(outside.strides, dtype=np.int64)
-    start = np.flatnonzero(places & (way | rim))
     costs, lengths = np.ones(outside.size), np.linalg.norm(STEPS, axis=1)
-    away = _shortest_ways(places.reshape(-1), costs, start, steps, lengths)
+    start = np.flatnonzero(pockets & way)
+    away = _shortest_ways(pockets.reshape(-1), costs, start, steps, lengths)
     is_far = places & (away.reshape(places.shape) > FARTHEST_FROM_WAY)
     rest = outside.copy()
-    carve(rest, outside & ~is_far, depths, within(report, 0.5, 1.0))
+    carve(rest, outside & (rim | ~is_far), depths, within(report, 0.5, 1.0))
     return rest
 
 
