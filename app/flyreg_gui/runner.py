@@ -15,6 +15,7 @@ from flyreg_core.errors import Cancelled
 from flyreg_core.progress import Report
 from flyreg_core.project import Project
 from flyreg_core.results import Results
+from flyreg_gui.memory import give_back
 
 SECONDS_BETWEEN_REPORTS = 0.2
 
@@ -105,6 +106,8 @@ class Runner(QObject):
             self.failed.emit(run, error)
         else:
             self.finished.emit(run, results, time.perf_counter() - start)
+            if run.measure:  # the hand rests
+                give_back()
 
     def _report(self, run: Run, is_due: Callable[[], bool], fraction: float, text: str) -> None:
         newest = self._newest
