@@ -60,9 +60,9 @@ def stops_of(w: MainWindow) -> tuple[Stop, ...]:
         ),
         Stop(
             "Weights and λ",
-            "Select landmarks by a click, or all near one or near a neuropil, such as an antennal "
-            "lobe, whose surface you load here. A greater weight pulls harder, 0 leaves out; λ, "
-            "below, lets the map miss landmarks in order to bend less. The brains follow your hand.",
+            "Click a dot on what matters to you, such as an antennal lobe, then Weights × 2: all "
+            "landmarks near it pull harder, and the brains follow. Load… takes surfaces of neuropils "
+            "to choose landmarks by. λ, below, lets the map miss landmarks in order to bend less.",
             lambda: w.landmarks.neighbourhood,
         ),
         Stop(
