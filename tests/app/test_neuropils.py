@@ -17,7 +17,9 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 
 from flyreg_core import edits
+from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.neuropils import open_neuropils
+from flyreg_core.transform import carry
 from tests.app.hands import hover, pixel, press, settle
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
@@ -54,6 +56,15 @@ def load(qtbot, window, tmp_path, role, names=("AL_L",), inside_out=False):
     window.session.edit("load neuropils", project)
     settle(qtbot, window)
     return balls[0].center_mass
+
+
+def pulling_aside(results, place):
+    """A pair that takes the source's surface nearest to a place 15 µm away on the target."""
+    source, moved = results.source.surface.vertices, results.registration.surface.vertices
+    start = np.linalg.norm(source - place, axis=1).argmin()
+    away = np.linalg.norm(moved - moved[start], axis=1)
+    ends = (tuple(source[start].tolist()), tuple(moved[np.abs(away - 15.0).argmin()].tolist()))
+    return LandmarkPair("mine", "mine", "interior", None, *ends, weight=100.0)
 
 
 def picture(canvas: Canvas) -> np.ndarray:
@@ -111,6 +122,35 @@ def test_neuropils_are_named_in_a_legend_and_under_the_mouse(qtbot, window, tmp_
     window.session.undo_stack.undo()
     settle(qtbot, window)
     assert not action.isEnabled()
+
+
+def test_a_neuropil_of_the_source_goes_along_to_the_registered_view_and_follows_the_map(
+    qtbot, window, tmp_path
+):
+    area = window.view_area
+    center = load(qtbot, window, tmp_path, "source")
+    qtbot.waitUntil(lambda: "AL_L (source)" in window.carried.by_name)
+    wanted = carry(center[None], window.session.results, np.inf).points[0]
+    place = pixel(area.registered.canvas, wanted).toPointF()
+    assert area.registered.neuropil_at(place) is not None
+    assert area.target.neuropil_at(pixel(area.target.canvas, wanted).toPointF()) is None
+    hover(window, area.registered.canvas, place.toPoint())
+    qtbot.waitUntil(lambda: area.registered.canvas.toolTip() == "AL_L")
+    assert not area.frames[2].names.isVisible()  # the source's view has named it
+    before = window.carried.by_name["AL_L (source)"]
+    mine = pulling_aside(window.session.results, center)
+    window.session.edit("add mine", edits.add_pair(window.session.project, mine))
+    settle(qtbot, window)
+    qtbot.waitUntil(lambda: window.carried.by_name["AL_L (source)"] is not before)
+    after = window.carried.by_name["AL_L (source)"]
+    assert np.abs(after.surface.vertices - before.surface.vertices).max() > 0.01
+    own = window.neuropils.by_name["AL_L (source)"].surface.vertices
+    there = carry(own, window.session.results, np.inf).points
+    np.testing.assert_array_equal(after.surface.vertices, there)
+    window.session.undo_stack.setIndex(0)
+    settle(qtbot, window)
+    assert not window.carried.by_name
+    assert area.registered.neuropil_at(place) is None
 
 
 def test_what_a_cut_takes_away_is_not_under_the_mouse(qtbot, window, tmp_path):
