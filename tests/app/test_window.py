@@ -332,6 +332,21 @@ def test_cancelling_a_preparation_keeps_what_is_on_show(qtbot, window):
     assert window.session.project.source.solid.voxels_across == 36
 
 
+def test_how_a_brain_lies_is_stated_in_the_settings(qtbot, window):
+    steps = window.steps
+    assert not window.session.results.source.frame.is_mirrored
+    qtbot.mouseClick(steps.settings_button, LEFT)
+    pose = steps.form.source.pose
+    assert pose.currentText() == "auto"
+    pose.setFocus()
+    while pose.currentText() != "RVP":  # as it is found, but for left and right
+        qtbot.keyClick(pose, Qt.Key.Key_Down)
+    qtbot.mouseClick(steps.form.apply_button, LEFT)
+    settle(qtbot, window)
+    assert window.session.project.source.pose.axes == "RVP"
+    assert window.session.results.source.frame.is_mirrored
+
+
 def test_a_preparation_that_fails_says_why_where_it_failed(qtbot, window):
     steps, before = window.steps, window.session.results
     qtbot.mouseClick(steps.settings_button, LEFT)
