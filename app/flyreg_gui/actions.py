@@ -278,7 +278,7 @@ SPECS = (
         "&Import landmarks…",
         ("Ctrl+I",),
         lambda w: w.landmark_commands.import_landmarks(),
-        "Read landmarks of BigWarp, 3D Slicer, OpenSim Creator or flybrains",
+        "Read landmarks of BigWarp, 3D Slicer, OpenSim Creator, Fiji or flybrains",
         needs="results",
     ),
     ActionSpec(
