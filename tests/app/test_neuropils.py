@@ -17,10 +17,9 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 
 from flyreg_core import edits
-from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.neuropils import open_neuropils
 from flyreg_core.transform import carry
-from tests.app.hands import hover, pixel, press, settle
+from tests.app.hands import hover, pixel, press, pulling_aside, settle
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 RADIUS = 25.0
@@ -56,15 +55,6 @@ def load(qtbot, window, tmp_path, role, names=("AL_L",), inside_out=False):
     window.session.edit("load neuropils", project)
     settle(qtbot, window)
     return balls[0].center_mass
-
-
-def pulling_aside(results, place):
-    """A pair that takes the source's surface nearest to a place 15 µm away on the target."""
-    source, moved = results.source.surface.vertices, results.registration.surface.vertices
-    start = np.linalg.norm(source - place, axis=1).argmin()
-    away = np.linalg.norm(moved - moved[start], axis=1)
-    ends = (tuple(source[start].tolist()), tuple(moved[np.abs(away - 15.0).argmin()].tolist()))
-    return LandmarkPair("mine", "mine", "interior", None, *ends, weight=100.0)
 
 
 def picture(canvas: Canvas) -> np.ndarray:
