@@ -105,7 +105,7 @@ def simplification_curve(surface: SurfaceMesh, voxel_um: float, report: Report) 
     return DistortionCurve(
         tuple(points),
         least,
-        f"area within {MOST_AREA_LOST:.0%} and mean distance within {voxel_um:.3g} um (a voxel), "
+        f"area within {MOST_AREA_LOST:.0%} and mean distance within {voxel_um:.3g} µm (a voxel), "
         f"with at least {FEWEST_VERTICES} vertices and {SMALLEST_SHARE:.0%} of them kept",
     )
 

@@ -139,8 +139,8 @@ def add_neuropils(project: Project, file: NeuropilFile) -> Project:
 def accept_suggestions(project: Project, suggested: Iterable[LandmarkPair]) -> Project:
     """Make suggested pairs the user's own, of weight 1; the suggestions themselves are left out."""
     for pair in suggested:
-        name = pair.name.removeprefix("suggested ")
-        own = replace(pair, id=f"accepted-{pair.id}", name=name, weight=1.0, origin="user")
+        identifier, name = f"accepted-{pair.id}", pair.short_name
+        own = replace(pair, id=identifier, name=name, weight=1.0, origin="user")
         project = set_weight(add_pair(project, own), pair.id, 0.0)
     return project
 

@@ -1,7 +1,7 @@
-"""Landmark files of other programs: BigWarp, 3D Slicer, OpenSim Creator, flybrains.
+"""Landmark files of other programs: BigWarp, 3D Slicer, OpenSim Creator, Fiji, flybrains.
 
-Files with pairs (BigWarp, OpenSim Creator, flybrains) give both ends of each landmark. Slicer and
-OpenSim Creator also write one file for each brain; such a file gives one end only, and `joined`
+Files with pairs (BigWarp, OpenSim Creator, flybrains) give both ends of each landmark. Slicer, Fiji
+and OpenSim Creator also write one file for each brain; such a file gives one end only, and `joined`
 puts those of two brains together by name, as OpenSim Creator does.
 
 Coordinates are in the unit and frame of the brain's mesh file. Slicer shows meshes as LPS, so
@@ -19,6 +19,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
+from xml.etree import ElementTree
 
 from flyreg_core.errors import LandmarkError
 from flyreg_core.files import read_text, write_atomically
@@ -61,7 +62,7 @@ def read_landmark_pairs(path: Path, role: Role = "source") -> tuple[NamedPair, .
     ----------
     path : Path
         A .csv or .txt file in one of `LAYOUTS`, with or without header; a .json file of Slicer or
-        BigWarp; a .fcsv file of Slicer.
+        BigWarp; a .fcsv file of Slicer; a .points file of Fiji.
     role : {"source", "target"}
         Which brain the points belong to if the file holds points of one brain.
 
@@ -72,7 +73,10 @@ def read_landmark_pairs(path: Path, role: Role = "source") -> tuple[NamedPair, .
     LandmarkError
         The ending is unknown, a row is damaged or repeats a name, or no landmark is in the file.
     """
-    readers = {".csv": _read_csv, ".txt": _read_csv, ".json": _read_json, ".fcsv": _read_fcsv}
+    readers = {
+        **dict.fromkeys((".csv", ".txt"), _read_csv),
+        **{".json": _read_json, ".fcsv": _read_fcsv, ".points": _read_fiji},
+    }
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise LandmarkError(
@@ -334,6 +338,21 @@ def _read_fcsv(text: str, path: Path, role: Role) -> list[Row]:
 
 def _as_lps(point: Point | None, is_ras: bool) -> Point | None:
     return (-point[0], -point[1], point[2]) if point and is_ras else point
+
+
+def _read_fiji(text: str, path: Path, role: Role) -> list[Row]:
+    """Read what Fiji's Name Landmarks writes: names that are placed or not, in the world's units."""
+    try:
+        named = list(ElementTree.fromstring(text).iter("pointworld"))
+    except ElementTree.ParseError as error:
+        raise LandmarkError(f"{path} is damaged ({error}); export it again") from error
+    rows: list[Row] = []
+    for number, point in enumerate(named, start=1):
+        place, cells = f"point {number}", [point.get(axis) for axis in "xyz"]
+        position = _point(cells, f"{path}, {place}") if point.get("set") != "false" else None
+        name = (point.get("name") or f"F-{number}").strip()
+        rows.append((place, _one_ended(name, position, role, True)))
+    return rows
 
 
 def _read_json(text: str, path: Path, role: Role) -> list[Row]:

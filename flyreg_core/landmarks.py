@@ -20,6 +20,8 @@ HALVES: tuple[HalfName, HalfName] = ("anterior", "posterior")
 CURVES: tuple[CurveName, ...] = ("upper", "lower", "left", "right", "hole")
 SHARED_CURVES: tuple[CurveName, ...] = ("upper", "lower", "hole")
 """The curves along which the two halves meet; left and right belong to one half each."""
+SUGGESTED = "suggested "
+"""How the names of suggestions begin."""
 CORNERS = tuple(
     f"corner-{curve}-{side}" for curve in ("upper", "lower") for side in ("right", "left")
 )
@@ -54,6 +56,11 @@ class LandmarkPair:
         for place in (self.source, self.target):
             if place is not None and isinstance(place, float) == (self.kind == "interior"):
                 raise LandmarkError(f"landmark {self.name} is {self.kind} but lies at {place}")
+
+    @property
+    def short_name(self) -> str:
+        """The name, without saying that it is only suggested."""
+        return self.name.removeprefix(SUGGESTED)
 
     @property
     def is_placed(self) -> bool:

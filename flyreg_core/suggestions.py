@@ -9,7 +9,7 @@ import numpy as np
 from flyreg_core.correspondence import FlatBrain
 from flyreg_core.cut import PIECES
 from flyreg_core.errors import LandmarkError
-from flyreg_core.landmarks import HALVES, HalfName, LandmarkPair
+from flyreg_core.landmarks import HALVES, SUGGESTED, HalfName, LandmarkPair
 from flyreg_core.lay_over import TOLERANCE, find_partners
 from flyreg_core.mesh import Floats, Integers
 from flyreg_core.shape_map import ShapeMap, spread_out
@@ -64,7 +64,7 @@ def _suggest_in(
     return [
         LandmarkPair(
             id=f"suggested-{half}-{place + 1:03d}",
-            name=f"suggested {half} {place + 1}",
+            name=f"{SUGGESTED}{half} {place + 1}",
             kind="interior",
             half=None,
             source=_point(points[place]),

@@ -53,7 +53,7 @@ def carry(
     points : (n, 3) float
         In the frame of the source, of the target if `is_inverse`, micrometres.
     reach_um : float
-        How far from the main brain's surface a point may lie to be mapped.
+        How far from the main brain's surface a point may lie to be mapped; infinite maps all.
     """
     start, end = results.source.surface, results.registration.surface
     brain, by_shape = results.source, results.to_target
@@ -61,7 +61,8 @@ def carry(
         start, end, brain = end, start, results.target
     to_end = None if by_shape is None else by_shape.back if is_inverse else by_shape
     is_mirrored = results.source.frame.is_mirrored != results.target.frame.is_mirrored
-    in_pocket = find_in_pockets(points, brain.torus, brain.raw, reach_um)
+    is_all = np.isinf(reach_um)  # then it does not matter who lies in a pocket
+    in_pocket = None if is_all else find_in_pockets(points, brain.torus, brain.raw, reach_um)
     return transform_points(points, start, end, reach_um, is_mirrored, in_pocket, to_end)
 
 

@@ -278,7 +278,7 @@ SPECS = (
         "&Import landmarks…",
         ("Ctrl+I",),
         lambda w: w.landmark_commands.import_landmarks(),
-        "Read landmarks of BigWarp, 3D Slicer, OpenSim Creator or flybrains",
+        "Read landmarks of BigWarp, 3D Slicer, OpenSim Creator, Fiji or flybrains",
         needs="results",
     ),
     ActionSpec(
@@ -375,6 +375,15 @@ SPECS = (
         is_on=True,
     ),
     ActionSpec(
+        "rotation_only",
+        "View",
+        "Link rot&ation only",
+        (),
+        lambda w, on: w.view_area.link.set_rotation_only(on),
+        "Linked cameras turn together, but each brain is moved and enlarged by itself",
+        is_on=False,
+    ),
+    ActionSpec(
         "home",
         "View",
         "&Reset views",
@@ -401,15 +410,6 @@ SPECS = (
             ("5", "top", "The &top", "from above, anterior up"),
             ("6", "bottom", "The b&ottom", "from below, anterior up"),
         )
-    ),
-    ActionSpec(
-        "rotation_only",
-        "View",
-        "Link rot&ation only",
-        (),
-        lambda w, on: w.view_area.link.set_rotation_only(on),
-        "Linked cameras turn together, but each brain is moved and enlarged by itself",
-        is_on=False,
     ),
     ActionSpec(
         "give_view",

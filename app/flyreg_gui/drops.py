@@ -15,7 +15,7 @@ from flyreg_gui.main import PROJECT_SUFFIX
 if TYPE_CHECKING:
     from flyreg_gui.main_window import MainWindow
 
-LANDMARK_ENDINGS = (".csv", ".fcsv", ".json")
+LANDMARK_ENDINGS = (".csv", ".fcsv", ".json", ".points")
 """Files taken for landmarks while brains are open; otherwise a .csv is a point cloud."""
 
 

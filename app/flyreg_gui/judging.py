@@ -110,6 +110,11 @@ class Judging(QObject):
         return self.chosen not in (PLAIN, ORIGINS)
 
     @property
+    def is_of_source_alone(self) -> bool:
+        """Tell whether the colours are values of the source, and the target has none of its own."""
+        return self.judged is not None and "target" not in self.judged.colors
+
+    @property
     def is_up_to_date(self) -> bool:
         """Tell whether what is drawn is about the registration on show."""
         results, judged = self._session.results, self.judged

@@ -33,7 +33,7 @@ from flyreg_gui.steps import short_name
 if TYPE_CHECKING:
     from flyreg_gui.main_window import MainWindow
 
-LANDMARK_FILTER = "Landmarks (*.csv *.txt *.json *.fcsv);;All files (*)"
+LANDMARK_FILTER = "Landmarks (*.csv *.txt *.json *.fcsv *.points);;All files (*)"
 TEMPLATE_FILTER = "Lists of names (*.txt *.csv);;All files (*)"
 NEUROPIL_FILTER = f"Surfaces ({' '.join('*' + end for end in mesh_formats.ENDINGS)});;All files (*)"
 BIGWARP = "BigWarp, both brains (*.csv)"
@@ -297,9 +297,10 @@ class LandmarkCommands:
 def _near_in_words(count: int, place: str, reach_um: float, factor: float) -> str:
     """Return how many landmarks were found near a place, and what became of them."""
     what = "1 landmark lies" if count == 1 else f"{count} landmarks lie"
-    if count == 1 and place == SELECTED:
-        return f"No other landmark lies within {reach_um:.0f} µm of {place}; widen the reach"
     done = "selected" if factor == 1.0 else f"weights × {factor:g}"
+    if count == 1 and place == SELECTED:
+        alone = "" if factor == 1.0 else f"Weight × {factor:g}. "
+        return f"{alone}No other landmark lies within {reach_um:.0f} µm; widen the reach for more"
     return f"{what} within {reach_um:.0f} µm of {place}: {done}"
 
 

@@ -27,8 +27,6 @@ Index = QModelIndex | QPersistentModelIndex
 ROOT = QModelIndex()
 SORT_ROLE = Qt.ItemDataRole.UserRole
 ID_ROLE = Qt.ItemDataRole.UserRole + 1
-SUGGESTED = "suggested "
-"""How the names of suggestions begin; the table says it by italics instead, to have room."""
 OUTLYING = 5.0
 """A leave-one-out error so many times as far from the median as is usual stands out."""
 LEAST_SUSPICIOUS_UM = 5.0
@@ -46,7 +44,7 @@ class Column(IntEnum):
     LEVERAGE = 5
 
 
-HEADERS = ("Landmark", "Curve", "Weight", "Resid.", "Left out", "Lev. %")
+HEADERS = ("Landmark", "Curve", "Weight", "Residual\nµm", "Left out\nµm", "Leverage\n%")
 HEADER_TIPS = (
     "Untick a landmark to see what happens without it; double-click one of your own to rename it",
     "The curve a landmark lies on, and the half if it belongs to one only",
@@ -78,7 +76,7 @@ class Judged:
         if judgement is None:
             return replace(before, residual_um=residual, is_late=True)
         foretold = judgement.leave_one_out_um
-        return cls(residual, foretold, judgement.leverage, _outlying(foretold))
+        return cls(residual, foretold, judgement.leverage, outlying(foretold))
 
     def number(self, column: Column, identifier: str) -> float | None:
         """Return what one of the columns of numbers holds; None where it is not known."""
@@ -90,8 +88,8 @@ class Judged:
         return values[column].get(identifier)
 
 
-def _outlying(errors: Mapping[str, float]) -> frozenset[str]:
-    """Return whose errors are far from the median, in terms of the median distance from it."""
+def outlying(errors: Mapping[str, float]) -> frozenset[str]:
+    """Return the ids of errors far from the median, in terms of the median distance from it."""
     values = np.array(list(errors.values()))
     if not len(values):
         return frozenset()
@@ -266,20 +264,22 @@ class LandmarkTable(QAbstractTableModel):
     def _text(self, row: Row, column: Column) -> str:
         match column:
             case Column.NAME:
-                return row.pair.name.removeprefix(SUGGESTED)
+                return row.pair.short_name  # italics say that it is only suggested
             case Column.PLACE:
                 return f"place on {row.lacking}" if row.lacking else row.pair.kind
             case Column.WEIGHT:
                 return format_weight(row.pair.weight)
             case Column.RESIDUAL if row.lacking:
-                return "half" if " and " not in row.lacking else "none"  # the column is narrow
+                return "half" if " and " not in row.lacking else "to place"  # the column is narrow
         number = self._judged.number(column, row.pair.id)
         if number is None:
             return ""
         if column == Column.LEVERAGE:
             return f"{100 * number:.0f}"
         mark = "⚠ " if column == Column.FORETOLD and row.pair.id in self._judged.suspicious else ""
-        return f"{mark}{number:.2f}" if np.isfinite(number) else "alone"
+        if not np.isfinite(number):
+            return "alone"
+        return f"{mark}{number:.2f}" if number < 100 else f"{mark}{number:.0f}"
 
     def _is_late(self, column: Column) -> bool:
         """Tell whether a column holds what was known before the change that is being made."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtCore import QEvent, QPoint, QSize, Qt
 from PySide6.QtGui import QCloseEvent, QPixmap
 from PySide6.QtWidgets import (
     QAbstractButton,
+    QComboBox,
     QDockWidget,
     QMainWindow,
     QMenu,
@@ -26,7 +27,9 @@ from flyreg_core.results import Results
 from flyreg_gui.actions import enable_actions, make_actions
 from flyreg_gui.autosave import Autosave
 from flyreg_gui.blink import NAMES, Blink
+from flyreg_gui.carried_neuropils import CarriedNeuropils
 from flyreg_gui.comparison_dialog import ComparisonCommand
+from flyreg_gui.dock_icons import show_dock_icons
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.drops import Drops
 from flyreg_gui.files import FileCommands
@@ -69,6 +72,9 @@ from flyreg_gui.views.view_area import ViewArea
 
 BLEND_AT_FIRST = 20
 """How much of the target shows through, in per cent."""
+
+USUAL_SIZE = (1400, 900)
+"""Of the window as it first opens, where the screen is large enough."""
 
 HISTORY_HEIGHT = 150
 """Pixels, enough for the last changes beside the steps."""
@@ -114,6 +120,7 @@ class MainWindow(QMainWindow):
         self.coloring = MarkerColoring(self.session, self)  # before what shows its colours
         self.files = FileCommands(self)
         self.neuropils = Neuropils(self.session, self)
+        self.carried = CarriedNeuropils(self.session, self.neuropils, self)
         self.landmark_commands = LandmarkCommands(self)
         self.taking_away = TakingAway(self)
         self.pictures = PictureCommands(self)
@@ -127,7 +134,9 @@ class MainWindow(QMainWindow):
             *(self.session, self.selection, self.mode, self.tunnels, self.drill, self.trim),
             *(self.judging, self.coloring),
         )
-        self.neuropil_views = NeuropilViews(self.neuropils, self.view_area.frames_of_brains)
+        self.neuropil_views = NeuropilViews(
+            self.neuropils, self.carried, self.view_area.frames_of_brains
+        )
         self.view_commands = ViewCommands(self.view_area, self.selection)
         self.steps = StepsPanel(self.session, self.tunnels, self.trim)
         self.landmarks = LandmarksPanel(self.session, self.selection)
@@ -198,13 +207,14 @@ class MainWindow(QMainWindow):
             dock = QDockWidget(title, self)
             dock.setObjectName(title)
             dock.setWidget(widget)
+            dock.topLevelChanged.connect(lambda _on, dock=dock: self._show_icons_of(dock))
             self.addDockWidget(area, dock)
             self.docks.append(dock)
         steps, landmarks, history, judge = self.docks
         history.hide()
         self.tabifyDockWidget(landmarks, judge)
         landmarks.raise_()
-        self.resizeDocks([steps, landmarks], [265, 450], Qt.Orientation.Horizontal)
+        self.resizeDocks([steps, landmarks], [265, 470], Qt.Orientation.Horizontal)
 
     def _connect(self) -> None:
         session, files = self.session, self.files
@@ -214,6 +224,9 @@ class MainWindow(QMainWindow):
         session.results_changed.connect(self._on_guess)
         self.tunnels.changed.connect(self._on_tunnels)
         self.judging.chosen_changed.connect(self._on_judging_chosen)
+        self.judging.changed.connect(
+            lambda: self.blend.setDisabled(self.judging.is_of_source_alone)
+        )
         self.coloring.colored.connect(self.landmarks.model.show_colors)
         self.banner.asked.connect(self._on_help_asked)
         self.steps.tunnels.drill_asked.connect(self.actions_by_name["drill"].toggle)
@@ -233,7 +246,6 @@ class MainWindow(QMainWindow):
         self.landmarks.accept_button.clicked.connect(self.actions_by_name["accept"].trigger)
         self.landmarks.model.ticked.connect(self.landmark_commands.set_acting)
         self.landmarks.menu_asked.connect(self._on_menu_asked)
-        self.landmarks.table.searched.connect(self._on_searched)
         self.landmarks.neighbourhood.asked.connect(self.landmark_commands.weigh_near)
         self.landmarks.neighbourhood.load_asked.connect(self.landmark_commands.load_neuropils)
         self.neuropils.changed.connect(self._on_neuropils)
@@ -249,13 +261,14 @@ class MainWindow(QMainWindow):
         self.start.recent_pair_asked.connect(files.open_recent_pair)
 
     def _spare_buttons(self) -> None:
-        """Keep a click on a button from taking the keyboard, so that Space stays the window's."""
-        for button in self.findChildren(QAbstractButton):
-            if button.focusPolicy() & Qt.FocusPolicy.ClickFocus:
-                button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        """Keep a click on a button or choice from taking the keyboard: keys stay the window's."""
+        for kind in (QAbstractButton, QComboBox):
+            for widget in self.findChildren(kind):
+                if widget.focusPolicy() & Qt.FocusPolicy.ClickFocus:
+                    widget.setFocusPolicy(Qt.FocusPolicy.TabFocus)
 
     def _restore(self) -> None:
-        self.resize(1400, 900)
+        self.resize(QSize(*USUAL_SIZE).boundedTo(self.screen().availableSize()))
         remembered = self.preferences.window
         if remembered is not None:
             self.restoreGeometry(remembered[0])
@@ -355,9 +368,6 @@ class MainWindow(QMainWindow):
         menu.exec(place)
         menu.deleteLater()
 
-    def _on_searched(self, letter: str) -> None:
-        self.say(f"Looked for “{letter}” in the list; Esc, or a click in a view, frees the keys")
-
     def _on_neuropils(self) -> None:
         self.landmarks.neighbourhood.show_names(list(self.neuropils.by_name))
 
@@ -439,6 +449,11 @@ class MainWindow(QMainWindow):
             self.fold_alarm.show_theme(theme)
             self.steps.show_theme(theme)
             self.judge.show_theme(theme)
+            for dock in self.docks:
+                self._show_icons_of(dock)
+
+    def _show_icons_of(self, dock: QDockWidget) -> None:
+        show_dock_icons(dock, current_theme())
 
     def changeEvent(self, event: QEvent) -> None:
         """Follow the system from light to dark and back."""
@@ -459,5 +474,6 @@ class MainWindow(QMainWindow):
         self.comparing.close()
         self.runner.close()
         self.judging.close()
+        self.carried.close()
         self.view_area.close_canvases()
         event.accept()

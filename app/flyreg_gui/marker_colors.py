@@ -13,11 +13,16 @@ from flyreg_core.results import Results
 from flyreg_gui.session import Session
 from flyreg_gui.theme import OFF, Color
 
-OWN, RESIDUAL, FORETOLD, WEIGHT = "own", "residual", "left out", "weight"
+OWN, RESIDUAL, FORETOLD, LEVERAGE, WEIGHT = "own", "residual", "left out", "leverage", "weight"
 CHOICES = (
     (OWN, "Their own colours", ""),
     (RESIDUAL, "Residual", "How far the moved source landmark is from the target landmark"),
     (FORETOLD, "Left-out error", "How far off all other landmarks would put it"),
+    (
+        LEVERAGE,
+        "Leverage",
+        "How far it decides its own place: at 100 % nobody else has a say there",
+    ),
     (WEIGHT, "Weight", "How strongly it pulls; grey if it does not"),
 )
 """Name, title and meaning."""
@@ -34,7 +39,7 @@ class Scaled:
     """What a bar of colours says, in the words of `views.color_scale`."""
 
     title: str
-    unit: str  # "µm", "×" for logarithms to base 2
+    unit: str  # "µm", "%", "×" for logarithms to base 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +65,7 @@ class MarkerColoring(QObject):
         self.chosen = OWN
         self.scale: MarkerScale | None = None
         self._foretold: Mapping[str, float] = {}  # as last known
+        self._leverage: Mapping[str, float] = {}  # as last known, per cent
         self._high = 0.0  # end of the scale when the hand last rested
         session.results_changed.connect(self._on_results)
 
@@ -77,9 +83,11 @@ class MarkerColoring(QObject):
 
     def _on_results(self, results: Results | None) -> None:
         if results is None:
-            self._foretold, self._high = {}, 0.0
+            self._foretold, self._leverage, self._high = {}, {}, 0.0
         elif results.judgement is not None:
             self._foretold = results.judgement.leave_one_out_um
+            shares = results.judgement.leverage
+            self._leverage = {name: 100 * share for name, share in shares.items()}
         had_colors = self.scale is not None
         self.scale = None if results is None or self.chosen == OWN else self._scale(results)
         if had_colors or self.scale is not None:
@@ -98,11 +106,15 @@ class MarkerColoring(QObject):
             high = float(np.clip(most, np.log2(LEAST_FACTOR), np.log2(MOST_FACTOR)))
             quantity, color_map = Scaled("Weight of landmarks", "×"), BLUE_BROWN
         else:
-            is_residual = self.chosen == RESIDUAL
-            known = results.registration.residual_um if is_residual else self._foretold
+            known = {
+                RESIDUAL: results.registration.residual_um,
+                FORETOLD: self._foretold,
+                LEVERAGE: self._leverage,
+            }[self.chosen]
             values = {name: known[name] for name in acting if np.isfinite(known.get(name, np.nan))}
             high = max(float(np.percentile(list(values.values()) or [0.0], ROBUST)), LEAST_UM)
-            quantity, color_map = Scaled(f"{title} of landmarks", "µm"), VIRIDIS
+            unit = "%" if self.chosen == LEVERAGE else "µm"
+            quantity, color_map = Scaled(f"{title} of landmarks", unit), VIRIDIS
         if not values:
             return None
         if results.judgement is None and self._high > 0:

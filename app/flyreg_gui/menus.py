@@ -45,7 +45,9 @@ class Menus:
         fill_menu(menus["Landmarks"], actions, ("accept", "next_unplaced", "import_landmarks"))
         self._fill_presets(menus["Landmarks"])
         fill_menu(
-            menus["View"], actions, ("blink", "link", "focus", "blink_target", "markers", "dark")
+            menus["View"],
+            actions,
+            ("blink", "link", "home", "focus", "blink_target", "markers", "dark"),
         )
         add_view_menus(menus["View"], actions, window.view_area.arrangement)
         add_marker_menu(menus["View"], actions["own_names"], window.coloring)
@@ -66,6 +68,7 @@ class Menus:
         """Offer the lists of landmarks that come with the program, and where new ones lie."""
         window = self._window
         lists = QMenu("Landmarks to &place", window)
+        lists.setObjectName("Landmarks to place")
         for path in landmark_lists():
             action = lists.addAction(path.stem.replace("-", " ").capitalize())
             action.triggered.connect(

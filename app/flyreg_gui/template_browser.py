@@ -55,8 +55,14 @@ class TemplateBrowser(QDialog):
         self.search.setClearButtonEnabled(True)
         self.search.setAccessibleName("Find a template")
         self.search.textChanged.connect(self._on_searched)
-        hint = QLabel("Double-click the brain that is to be moved, then the one that stays.")
+        self.search.returnPressed.connect(self._on_entered)
+        hint = QLabel(
+            "Double-click the brain that is to be moved, then the one that stays; or type the name "
+            "of each and press Enter."
+        )
         self.buttons = {role: QPushButton(f"Take as {role}") for role in ROLES}
+        for button in self.buttons.values():
+            button.setAutoDefault(False)  # or it would take Enter from the search
         self._names = {role: QLabel() for role in ROLES}
         self._problem = QLabel()
         self._problem.setWordWrap(True)
@@ -107,6 +113,11 @@ class TemplateBrowser(QDialog):
             shown += [row] if is_found else []
         if text and shown:
             self.list.setCurrentIndex(self._model.index(shown[0], 0))
+
+    def _on_entered(self) -> None:
+        """Take the brain that was found, and have the next name typed over this one."""
+        self._on_double_clicked(self.list.currentIndex())
+        self.search.selectAll()
 
     def _on_drawn(self, label: str, image: QImage) -> None:
         item = self._items[label]

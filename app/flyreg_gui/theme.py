@@ -111,7 +111,7 @@ def set_scheme(scheme: Scheme) -> None:
 
 
 LIGHT_PALETTE = ("#efefef", "#ffffff", "#1e1e1e", "#787878", "#2f6fb2", "#0b57a4")
-DARK_PALETTE = ("#2b2c2f", "#1f2022", "#ebebeb", "#8a8a8e", "#3d7fc4", "#8ab8ea")
+DARK_PALETTE = ("#2b2c2f", "#3a3b40", "#ebebeb", "#8a8a8e", "#3d7fc4", "#8ab8ea")
 """Window, base of tables and fields, text, text of what is off, selection, links."""
 
 
@@ -131,7 +131,7 @@ def _palette(ground: str, base: str, text: str, faint: str, selection: str, link
         (role.LinkVisited, link),
     ):
         palette.setColor(place, QColor(color))
-    for part in (role.WindowText, role.Text, role.ButtonText):
+    for part in (role.WindowText, role.Text, role.ButtonText, role.Highlight, role.Accent):
         palette.setColor(group.Disabled, part, QColor(faint))
     return palette
 

@@ -60,9 +60,9 @@ def stops_of(w: MainWindow) -> tuple[Stop, ...]:
         ),
         Stop(
             "Weights and λ",
-            "Select landmarks by a click, or all near one or near a neuropil, such as an antennal "
-            "lobe, whose surface you load here. A greater weight pulls harder, 0 leaves out; λ, "
-            "below, lets the map miss landmarks in order to bend less. The brains follow your hand.",
+            "Click a dot on what matters to you, such as an antennal lobe, then Weights × 2: all "
+            "landmarks near it pull harder, and the brains follow. Load… takes surfaces of neuropils "
+            "to choose landmarks by. λ, below, lets the map miss landmarks in order to bend less.",
             lambda: w.landmarks.neighbourhood,
         ),
         Stop(
@@ -208,11 +208,14 @@ class Tour(QObject):
         return QRect(target.mapTo(self._window, QPoint(0, 0)), target.size())
 
     def _beside(self, around: QRect) -> QPoint:
-        """Return a place for the bubble below, above or beside what it is about, or within it."""
+        """Return a place for the bubble below, left of or above what it is about, or within it."""
         room, size = self._window.rect(), self.bubble.size()
         x = min(max(around.center().x() - WIDTH // 2, GAP), room.width() - WIDTH - GAP)
         if around.bottom() + GAP + size.height() < room.height():
             return QPoint(x, around.bottom() + GAP)
+        if around.left() - GAP - WIDTH > 0:
+            y = around.center().y() - size.height() // 2
+            return QPoint(around.left() - GAP - WIDTH, min(y, room.height() - size.height() - GAP))
         if around.top() - GAP - size.height() > 0:
             return QPoint(x, around.top() - GAP - size.height())
         return QPoint(x, around.center().y() - size.height() // 2)

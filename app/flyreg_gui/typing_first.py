@@ -1,10 +1,10 @@
-"""Keys mean what they mean to the list or button that has the keyboard, before any shortcut."""
+"""Keys mean what they mean to the choice or button that has the keyboard, before any shortcut."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QAbstractButton, QAbstractItemView, QComboBox, QWidget
+from PySide6.QtWidgets import QAbstractButton, QComboBox, QWidget
 
 PLAIN = (Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier)
 
@@ -12,13 +12,13 @@ PLAIN = (Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier)
 class TypingFirst(QObject):
     """Takes letters for what has the keyboard, before the window's shortcuts get them.
 
-    Letters and digits search a list, and Space presses a button. Fields to type in see to it
-    themselves.
+    Letters and digits choose in a drop-down choice, and Space presses a button. Fields to type in
+    see to it themselves. Tables and lists take none: after a click on a landmark its keys are meant.
     """
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
-        for kind in (QAbstractItemView, QComboBox, QAbstractButton):
+        for kind in (QComboBox, QAbstractButton):
             for widget in window.findChildren(kind):
                 widget.installEventFilter(self)
 

@@ -21,12 +21,14 @@ VIEWS = (
 
 
 def add_view_menus(menu: QMenu, actions: dict[str, QAction], arrangement: Arrangement) -> None:
-    """Add the submenus to the View menu."""
-    sides = menu.addMenu("L&ook from")
+    """Add the submenus to the View menu, before what brings the views back to how they were."""
+    sides = QMenu("L&ook from", menu)
     sides.setObjectName("Look from")
     fill_menu(sides, actions)
-    arrange = menu.addMenu("A&rrange the views")
+    arrange = QMenu("A&rrange the views", menu)
     arrange.setObjectName("Arrange the views")
+    for submenu in (sides, arrange):
+        menu.insertMenu(actions["home"], submenu)
     for layout in LAYOUTS:
         arrange.addAction(layout.title).triggered.connect(
             lambda _on, layout=layout: arrangement.take(layout)

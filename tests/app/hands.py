@@ -8,6 +8,8 @@ from PySide6.QtGui import QCursor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
 
+from flyreg_core.landmarks import LandmarkPair
+
 LEFT = Qt.MouseButton.LeftButton
 CONTROL = Qt.KeyboardModifier.ControlModifier
 LONG_MS = 180_000
@@ -44,6 +46,15 @@ def pixel(canvas, point):
     """Where a point in space appears in a canvas."""
     pixels, _ = canvas.to_pixels(np.array([point]))
     return QPointF(*pixels[0]).toPoint()
+
+
+def pulling_aside(results, place):
+    """A pair that takes the source's surface nearest to a place 15 µm away on the target."""
+    source, moved = results.source.surface.vertices, results.registration.surface.vertices
+    start = np.linalg.norm(source - place, axis=1).argmin()
+    away = np.linalg.norm(moved - moved[start], axis=1)
+    ends = (tuple(source[start].tolist()), tuple(moved[np.abs(away - 15.0).argmin()].tolist()))
+    return LandmarkPair("mine", "mine", "interior", None, *ends, weight=100.0)
 
 
 def put_mouse_away():

@@ -30,7 +30,7 @@ from flyreg_gui.preferences_dialog import PreferencesDialog
 from flyreg_gui.theme import current_theme, set_scheme
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QGuiApplication, QKeySequence
-from PySide6.QtWidgets import QApplication, QMessageBox, QProgressDialog
+from PySide6.QtWidgets import QAbstractButton, QApplication, QMessageBox, QProgressDialog
 
 from tests.app.hands import CONTROL, LEFT, answer_file_dialog, press, settle, when_asked
 
@@ -189,6 +189,19 @@ def test_the_window_turns_dark_and_light_and_remembers(qtbot, window):
 
 
 # Pictures
+
+
+def test_the_buttons_of_docks_are_seen_on_dark_and_on_light(qtbot, window):
+    for scheme in ("dark", "light"):
+        window.set_scheme(scheme)
+        for name in ("qt_dockwidget_closebutton", "qt_dockwidget_floatbutton"):
+            button = window.docks[0].findChild(QAbstractButton, name)
+            image = button.icon().pixmap(16, 16).toImage()
+            inks = [image.pixelColor(x, y) for x in range(16) for y in range(16)]
+            inks = [ink for ink in inks if ink.alpha() > 200]
+            assert inks
+            ground = window.palette().window().color().lightness()
+            assert all(abs(ink.lightness() - ground) > 100 for ink in inks)
 
 
 def test_a_turn_is_written_as_gif_or_folder_or_cancelled_and_leaves_the_camera(

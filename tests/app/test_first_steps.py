@@ -165,6 +165,22 @@ def test_a_template_is_found_by_a_part_of_its_name(qtbot, monkeypatch):
     dialog.deleteLater()
 
 
+@needs_templates
+def test_two_templates_are_opened_by_typing_their_names(qtbot, monkeypatch):
+    monkeypatch.setattr(template_browser, "template_labels", lambda: ("FAFB14", "FCWB", "JFRC2"))
+    monkeypatch.setattr(thumbnails.Thumbnails, "ask", lambda *_: None)
+    dialog = TemplateBrowser()
+    dialog.show()
+    for name in ("FCWB", "JFRC2"):
+        assert dialog.inputs is None
+        qtbot.keyClicks(dialog.search, name)
+        qtbot.keyClick(dialog.search, Qt.Key.Key_Return)
+    assert dialog.chosen == {"source": "FCWB", "target": "JFRC2"}
+    assert dialog.inputs is not None
+    assert tuple(brain.name for brain in dialog.inputs) == ("FCWB", "JFRC2")
+    dialog.deleteLater()
+
+
 def test_without_flybrains_a_sentence_says_how_to_get_it(qtbot, monkeypatch):
     monkeypatch.setattr(template_browser, "template_labels", tuple)
     monkeypatch.setattr(template_browser, "is_installed", lambda: False)

@@ -86,6 +86,19 @@ def test_a_choice_colours_the_views_with_a_legend_and_another_takes_it_away(qtbo
     np.testing.assert_array_equal(colors_in(area.source), before)
 
 
+def test_values_of_the_source_alone_are_not_tinted_by_the_target(qtbot, window):
+    area = window.view_area
+    assert area.registered.overlay.actor.prop.opacity > 0
+    window.judging.choose("displacement")
+    qtbot.waitUntil(lambda: window.judging.is_up_to_date)
+    assert area.registered.overlay.actor.prop.opacity == 0
+    assert not window.blend.isEnabled()
+    window.judging.choose("distance")  # of which the target has values too
+    qtbot.waitUntil(lambda: window.judging.is_up_to_date)
+    assert area.registered.overlay.actor.prop.opacity == window.blend.value() / 100 > 0
+    assert window.blend.isEnabled()
+
+
 def test_while_a_slider_moves_the_shape_goes_ahead_of_its_colours(qtbot, window):
     found = judged(qtbot, window, "beyond_affine")
     view, slider = window.view_area.registered, window.landmarks.smoothing_slider

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from flyreg_core import edits
@@ -31,6 +33,28 @@ def test_each_landmark_has_a_row(table, results):
     assert table.rowCount() == len(results.landmarks)
     assert table.rowCount(table.index(0, 0)) == 0
     assert set(table.ids) == {landmark.pair.id for landmark in results.landmarks}
+
+
+def test_residuals_and_left_out_errors_are_those_of_the_registration(table, results):
+    known = {
+        Column.RESIDUAL: results.registration.residual_um,
+        Column.FORETOLD: results.judgement.leave_one_out_um,
+    }
+    for column, values in known.items():
+        for identifier, value in values.items():
+            shown = text(table, row_of(table, identifier), column).removeprefix("⚠ ")
+            assert float(shown) == pytest.approx(value, abs=0.006)
+    shares = results.judgement.leverage
+    for identifier, share in shares.items():
+        shown = text(table, row_of(table, identifier), Column.LEVERAGE)
+        assert float(shown) == pytest.approx(100 * share, abs=0.51)
+
+
+def test_a_large_error_is_written_without_decimals_so_that_it_fits(table, results):
+    far = {identifier: 123.456 for identifier in table.ids}
+    judgement = replace(results.judgement, leave_one_out_um=far)
+    table.show(results.project, replace(results, judgement=judgement))
+    assert text(table, 0, Column.FORETOLD).endswith("123")
 
 
 def test_a_weight_is_shown_before_the_results_have_it(table, project, results):

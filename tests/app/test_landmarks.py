@@ -11,8 +11,9 @@ from flyreg_core.landmarks import CORNERS
 pytest.importorskip("PySide6")
 from flyreg_gui.landmark_table import Column, Judged
 from flyreg_gui.panels.neighbourhood import SELECTED
+from flyreg_resources import landmark_lists
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtWidgets import QInputDialog
+from PySide6.QtWidgets import QInputDialog, QMenu
 
 from tests.app.hands import CONTROL, LEFT, answer_file_dialog, drag, pixel, press, settle
 
@@ -176,6 +177,15 @@ def test_a_list_of_landmarks_is_placed_in_order_and_each_can_be_skipped(qtbot, w
     placed = {pair.name: pair.is_placed for pair in window.session.project.pairs}
     assert placed == {"AL_L": False, "AL_R": True, "MB_CA_L": False}
     assert any("AL_L, MB_CA_L" in text for text in window.session.results.warnings)
+
+
+@pytest.mark.parametrize("path", landmark_lists(), ids=lambda path: path.stem)
+def test_each_list_that_comes_with_the_program_can_be_placed(qtbot, window, path):
+    lists = window.findChild(QMenu, "Landmarks to place")
+    title = path.stem.replace("-", " ").capitalize()
+    next(action for action in lists.actions() if action.text() == title).trigger()
+    assert len(window.mode.unplaced) == len(window.session.project.pairs) > 0
+    assert window.banner.isHidden()
 
 
 def test_the_twin_of_a_landmark_lies_on_the_other_side(qtbot, window):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from flyreg_gui.landmark_table import Column
-from flyreg_gui.marker_colors import FORETOLD, MOST_FACTOR, OWN, RESIDUAL, ROBUST, WEIGHT
+from flyreg_gui.marker_colors import FORETOLD, LEVERAGE, MOST_FACTOR, OWN, RESIDUAL, ROBUST, WEIGHT
 from flyreg_gui.theme import OFF
 from flyreg_gui.view_state import view_state
 from PySide6.QtCore import Qt
@@ -42,14 +42,23 @@ def table_colors(window):
     return [cell.data(Qt.ItemDataRole.DecorationRole).getRgb()[:3] for cell in cells]
 
 
-@pytest.mark.parametrize(("title", "name"), [("Residual", RESIDUAL), ("Left-out error", FORETOLD)])
+@pytest.mark.parametrize(
+    ("title", "name", "unit"),
+    [
+        ("Residual", RESIDUAL, "µm"),
+        ("Left-out error", FORETOLD, "µm"),
+        ("Leverage", LEVERAGE, "%"),
+    ],
+)
 def test_landmarks_have_the_colour_of_their_error_in_all_views_and_in_the_table(
-    window, title, name
+    window, title, name, unit
 ):
     results = window.session.results
-    errors = (
-        results.registration.residual_um if name == RESIDUAL else results.judgement.leave_one_out_um
-    )
+    errors = {
+        RESIDUAL: results.registration.residual_um,
+        FORETOLD: results.judgement.leave_one_out_um,
+        LEVERAGE: {key: 100 * share for key, share in results.judgement.leverage.items()},
+    }[name]
     finite = {key: value for key, value in errors.items() if np.isfinite(value)}
     choose(window, title)
     high = max(float(np.percentile(list(finite.values()), ROBUST)), 0.1)
@@ -64,8 +73,8 @@ def test_landmarks_have_the_colour_of_their_error_in_all_views_and_in_the_table(
     assert table_colors(window) == [expected.get(key, OFF) for key in ids]
     scales = [frame.marker_scale for frame in window.view_area.frames]
     assert [scale.isVisible() for scale in scales] == [True, False, False, False, False]
-    assert scales[0].texts[0] == "0.00 µm"
-    assert scales[0].texts[-1].endswith(" µm")
+    assert scales[0].texts[0] == f"0.00 {unit}"
+    assert scales[0].texts[-1].endswith(f" {unit}")
     assert float(scales[0].texts[-1].split()[0]) == pytest.approx(high, rel=0.05)
 
 
@@ -100,4 +109,4 @@ def test_the_choice_is_the_same_in_menu_and_panel_and_kept_with_the_project(wind
     assert list(drawn_colors(window)) == before
     assert not any(frame.marker_scale.isVisible() for frame in window.view_area.frames)
     menu = window.findChild(QMenu, "Colour landmarks by")
-    assert [action.isChecked() for action in menu.actions()] == [True, False, False, False]
+    assert [action.text() for action in menu.actions() if action.isChecked()] == [panel.itemText(0)]

@@ -18,7 +18,8 @@ from PySide6.QtWidgets import QApplication
 
 from flyreg_core import edits
 from flyreg_core.neuropils import open_neuropils
-from tests.app.hands import hover, pixel, press, settle
+from flyreg_core.transform import carry
+from tests.app.hands import hover, pixel, press, pulling_aside, settle
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 RADIUS = 25.0
@@ -111,6 +112,35 @@ def test_neuropils_are_named_in_a_legend_and_under_the_mouse(qtbot, window, tmp_
     window.session.undo_stack.undo()
     settle(qtbot, window)
     assert not action.isEnabled()
+
+
+def test_a_neuropil_of_the_source_goes_along_to_the_registered_view_and_follows_the_map(
+    qtbot, window, tmp_path
+):
+    area = window.view_area
+    center = load(qtbot, window, tmp_path, "source")
+    qtbot.waitUntil(lambda: "AL_L (source)" in window.carried.by_name)
+    wanted = carry(center[None], window.session.results, np.inf).points[0]
+    place = pixel(area.registered.canvas, wanted).toPointF()
+    assert area.registered.neuropil_at(place) is not None
+    assert area.target.neuropil_at(pixel(area.target.canvas, wanted).toPointF()) is None
+    hover(window, area.registered.canvas, place.toPoint())
+    qtbot.waitUntil(lambda: area.registered.canvas.toolTip() == "AL_L")
+    assert not area.frames[2].names.isVisible()  # the source's view has named it
+    before = window.carried.by_name["AL_L (source)"]
+    mine = pulling_aside(window.session.results, center)
+    window.session.edit("add mine", edits.add_pair(window.session.project, mine))
+    settle(qtbot, window)
+    qtbot.waitUntil(lambda: window.carried.by_name["AL_L (source)"] is not before)
+    after = window.carried.by_name["AL_L (source)"]
+    assert np.abs(after.surface.vertices - before.surface.vertices).max() > 0.01
+    own = window.neuropils.by_name["AL_L (source)"].surface.vertices
+    there = carry(own, window.session.results, np.inf).points
+    np.testing.assert_array_equal(after.surface.vertices, there)
+    window.session.undo_stack.setIndex(0)
+    settle(qtbot, window)
+    assert not window.carried.by_name
+    assert area.registered.neuropil_at(place) is None
 
 
 def test_what_a_cut_takes_away_is_not_under_the_mouse(qtbot, window, tmp_path):

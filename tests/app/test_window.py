@@ -18,6 +18,7 @@ from flyreg_gui.main import INPUT_ERROR, main
 from flyreg_gui.panels.landmarks import format_smoothing
 from flyreg_gui.panels.weight_column import groove_of
 from flyreg_gui.steps import State, Step
+from flyreg_gui.views.flat_view import GRID_STEP
 from PySide6.QtCore import QPoint, QPointF, QRect, Qt, QTimer
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QMessageBox
@@ -31,6 +32,7 @@ from tests.app.hands import (
     drawn,
     pixel,
     press,
+    pulling_aside,
     settle,
 )
 
@@ -332,6 +334,21 @@ def test_cancelling_a_preparation_keeps_what_is_on_show(qtbot, window):
     assert window.session.project.source.solid.voxels_across == 36
 
 
+def test_how_a_brain_lies_is_stated_in_the_settings(qtbot, window):
+    steps = window.steps
+    assert not window.session.results.source.frame.is_mirrored
+    qtbot.mouseClick(steps.settings_button, LEFT)
+    pose = steps.form.source.pose
+    assert pose.currentText() == "auto"
+    pose.setFocus()
+    while pose.currentText() != "RVP":  # as it is found, but for left and right
+        qtbot.keyClick(pose, Qt.Key.Key_Down)
+    qtbot.mouseClick(steps.form.apply_button, LEFT)
+    settle(qtbot, window)
+    assert window.session.project.source.pose.axes == "RVP"
+    assert window.session.results.source.frame.is_mirrored
+
+
 def test_a_preparation_that_fails_says_why_where_it_failed(qtbot, window):
     steps, before = window.steps, window.session.results
     qtbot.mouseClick(steps.settings_button, LEFT)
@@ -400,6 +417,35 @@ def colors_in(image, rectangle, scale):
         for x in range(rectangle.left() + 5, rectangle.right() - 5, 9)
         for y in range(rectangle.top() + 5, rectangle.bottom() - 5, 9)
     }
+
+
+def test_a_click_on_the_heading_puts_the_worst_landmarks_first(qtbot, window):
+    table = window.landmarks.table
+    heading = table.horizontalHeader()
+    middle = heading.sectionViewportPosition(Column.RESIDUAL) + 10
+    for _ in range(2):  # the first click puts the best ones first
+        qtbot.mouseClick(heading.viewport(), LEFT, pos=QPoint(middle, heading.height() // 2))
+    rows = range(table.model().rowCount())
+    shown = [table.model().index(row, Column.RESIDUAL).data() for row in rows]
+    values = [float(text) for text in shown if text]
+    assert values == sorted(values, reverse=True)
+    assert values[0] > values[-1]
+
+
+def test_the_grid_on_a_flat_half_is_bent_as_the_spline_bends_the_plane(qtbot, window):
+    view = window.view_area.anterior
+    straight = view._lines.points(window.session.results.source.halves["anterior"].plane)
+    away = np.abs((straight + np.array([1.5, 1.0])) / GRID_STEP % 1 - 0.5).max(axis=1)
+    np.testing.assert_allclose(away, 0.5, atol=1e-6)  # each on a line of the rectangle's grid
+    before = np.array(view._grid._polydata.points)
+    assert view._grid.actor.GetVisibility()
+    mark = next(m for m in window.session.results.landmarks if "suggested-anterior" in m.pair.id)
+    mine = pulling_aside(window.session.results, mark.source_point)
+    window.session.edit("add mine", edits.add_pair(window.session.project, mine))
+    settle(qtbot, window)
+    bent = view._lines.points(window.session.results.registration.halves["anterior"].plane)
+    np.testing.assert_allclose(np.array(view._grid._polydata.points)[:, :2], bent, atol=1e-6)
+    assert np.abs(np.array(view._grid._polydata.points) - before).max() > 0.01
 
 
 def test_the_picture_of_the_window_shows_all_views(window):

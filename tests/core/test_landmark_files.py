@@ -208,6 +208,27 @@ def test_fcsv_points_saved_as_ras_are_turned_to_lps(tmp_path, system):
     assert read(tmp_path, FCSV % system, "a.fcsv")[0].source == (-1.5, -2.5, 3.5)
 
 
+POINTS = """<?xml version="1.0" encoding="UTF-8"?>
+<namedpointset version="1.0">
+<pointworld set="true" name="SCLL" x="1.5" y="2.5" z="-3"/>
+<pointworld set="false" name="SCLR"/>
+</namedpointset>
+"""
+
+
+def test_points_of_fiji_are_one_end_and_may_be_still_to_be_placed(tmp_path):
+    assert read(tmp_path, POINTS, "a.points") == (
+        NamedPair("SCLL", (1.5, 2.5, -3), None),
+        NamedPair("SCLR", None, None),
+    )
+
+
+@pytest.mark.parametrize("damaged", [POINTS[:-30], POINTS.replace('"2.5"', '"two"')])
+def test_damaged_points_of_fiji_are_named(tmp_path, damaged):
+    with pytest.raises(LandmarkError, match=r"a\.points"):
+        read(tmp_path, damaged, "a.points")
+
+
 # Into a project and out of it
 
 

@@ -45,7 +45,7 @@ class CutBar(QFrame):
         self.turned = QCheckBox("Other side")
         layout = QHBoxLayout(self)
         layout.setContentsMargins(10, 3, 10, 3)
-        layout.addWidget(QLabel("Cut through the brains"))
+        layout.addWidget(QLabel("Cut"))
         layout.addWidget(self.axis)
         layout.addWidget(self.low)
         layout.addWidget(self.place, 1)

@@ -1,4 +1,4 @@
-"""A notice that the spline folds the surface, which landmarks do it, and what helps."""
+"""A notice that the spline folds the surface, which landmarks make it so, and what helps."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushBut
 
 from flyreg_core import edits
 from flyreg_core.results import Results
+from flyreg_gui.landmark_table import outlying
 from flyreg_gui.session import Session
 from flyreg_gui.steps import count_folds
 from flyreg_gui.theme import Theme, css
@@ -25,12 +26,13 @@ NAMED = 3
 
 @dataclass(frozen=True)
 class Culprit:
-    """A landmark near which the surface folds."""
+    """A landmark near which the surface folds, or one that stands out while it folds."""
 
     id: str
     name: str
     weight: float
     moved: int  # vertices that were moved to mend folds, nearer to it than to any other
+    foretold_um: float | None = None  # where others would put it, if that is unusually far away
 
 
 @dataclass(frozen=True)
@@ -45,14 +47,20 @@ class Folds:
     def of(cls, results: Results) -> Folds:
         """Return the folds of a measured registration."""
         halves = results.registration.halves.values()
-        by_id = results.judgement.folds_by_landmark if results.judgement else {}
-        pairs = {mark.pair.id: mark.pair for mark in results.landmarks}
+        judgement = results.judgement
+        near = judgement.folds_by_landmark if judgement else {}
+        errors = judgement.leave_one_out_um if judgement else {}
+        own = {mark.pair.id for mark in results.landmarks if mark.pair.origin == "user"}
+        suspects = outlying(errors) & own  # what the program placed did not fold before
         culprits = [
-            Culprit(name, pairs[name].name, pairs[name].weight, count)
-            for name, count in by_id.items()
-            if name in pairs
+            Culprit(
+                *(pair.id, pair.short_name, pair.weight, near.get(pair.id, 0)),
+                foretold_um=errors[pair.id] if pair.id in suspects else None,
+            )
+            for pair in (mark.pair for mark in results.landmarks)
+            if pair.id in near or pair.id in suspects
         ]
-        worst = sorted(culprits, key=lambda culprit: -culprit.moved)
+        worst = sorted(culprits, key=lambda one: (-(one.foretold_um or 0.0), -one.moved))
         return cls(sum(half.folds_mended for half in halves), count_folds(results), tuple(worst))
 
     def sentence(self) -> str:
@@ -61,6 +69,8 @@ class Folds:
             what = f"{_triangles(self.left)} of the registered surface lie upside down"
         else:
             what = f"The spline folded {_triangles(self.mended)}, which were laid flat again"
+        if self.culprits and (away := self.culprits[0].foretold_um) is not None:
+            return f"{what}. {self.culprits[0].name} stands out: {_would_put(away)}."
         names = [culprit.name for culprit in self.culprits[:NAMED]]
         named = " and ".join((", ".join(names[:-1]), names[-1]) if names[1:] else names)
         return f"{what}, most near {named}." if named else f"{what}."
@@ -68,7 +78,9 @@ class Folds:
     def details(self) -> str:
         """Return how much each culprit has to do with it."""
         return "\n".join(
-            f"{culprit.name}: {culprit.moved:,} vertices moved" for culprit in self.culprits
+            f"{culprit.name}: {culprit.moved:,} vertices moved near it"
+            + (f"; {_would_put(culprit.foretold_um)}" if culprit.foretold_um is not None else "")
+            for culprit in self.culprits
         )
 
 
@@ -180,6 +192,10 @@ class FoldAlarm(QFrame):
 
 def _raised(smoothing: float) -> float:
     return max(smoothing * STRONGER, LEAST_SMOOTHING)
+
+
+def _would_put(away_um: float) -> str:
+    return f"the other landmarks would put it {away_um:.0f} µm away"
 
 
 def _triangles(count: int) -> str:

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 from flyreg_core.project import Role
 from flyreg_core.vertex_quantities import QUANTITIES, ROBUST, STATUS_NAMES, Summary
 from flyreg_gui import marker_colors
-from flyreg_gui.judging import ORIGINS, PLAIN, STATUS_COLORS, Judged, Judging, text_of
+from flyreg_gui.judging import ORIGINS, PLAIN, Judged, Judging, text_of
 from flyreg_gui.marker_colors import MarkerColoring
 from flyreg_gui.theme import Theme
 from flyreg_gui.views.origins import MEANINGS
@@ -65,19 +65,15 @@ class Histogram(QWidget):
         for bar, (share, color) in enumerate(zip(summary.shares, colors, strict=True)):
             left, right = (round(edge * self.width() / count) for edge in (bar, bar + 1))
             height = round(float(share) / tallest * HEIGHT)
-            if judged.is_kinds:
-                kind = min(int(middles[bar] + 0.5), len(STATUS_COLORS) - 1)
-                color = STATUS_COLORS[kind]
             painter.fillRect(left, HEIGHT - height, right - left, height, QColor(*map(int, color)))
             painter.fillRect(left, HEIGHT - height, right - left, 1, QColor(*theme.faint))
         painter.setPen(QColor(*theme.faint))
         painter.drawLine(0, HEIGHT, self.width(), HEIGHT)
         painter.setPen(QColor(*theme.text))
         line = QRect(0, HEIGHT + 2, self.width(), self.fontMetrics().height())
-        if not judged.is_kinds:
-            unit = judged.quantity.unit
-            painter.drawText(line, Qt.AlignmentFlag.AlignLeft, text_of(summary.low, unit))
-            painter.drawText(line, Qt.AlignmentFlag.AlignRight, text_of(summary.high, unit))
+        unit = judged.quantity.unit
+        painter.drawText(line, Qt.AlignmentFlag.AlignLeft, text_of(summary.low, unit))
+        painter.drawText(line, Qt.AlignmentFlag.AlignRight, text_of(summary.high, unit))
         painter.end()
 
 
@@ -153,6 +149,8 @@ class JudgePanel(QScrollArea):
             has_values = judged is not None and role in judged.summaries
             for widget in (self._titles[role], self.histograms[role], self.numbers[role]):
                 widget.setVisible(has_values)
+            if judged is not None and judged.is_kinds:  # there is no order among them
+                self.histograms[role].hide()
             self.histograms[role].show_judged(judged)
             if judged is not None and has_values:
                 self.numbers[role].setText(_numbers(judged, judged.summaries[role]))
@@ -183,7 +181,7 @@ def _numbers(judged: Judged, summary: Summary) -> str:
         last = len(STATUS_NAMES) - 1
         bins = [round(kind / last * (len(summary.shares) - 1)) for kind in range(last + 1)]
         return "\n".join(
-            f"{name}: {float(summary.shares[place]):.1%} of the surface"
+            f"{name}: {100 * float(summary.shares[place]):.1f} % of the surface"
             for name, place in zip(STATUS_NAMES, bins, strict=True)
         )
     unit = judged.quantity.unit

@@ -27,6 +27,7 @@ from flyreg_core.cross_validation import Advice
 from flyreg_core.errors import FlyregError
 from flyreg_core.landmarks import LandmarkPair
 from flyreg_core.project import Project
+from flyreg_gui.elided_label import ElidedLabel
 from flyreg_gui.landmark_table import ID_ROLE, SORT_ROLE, LandmarkTable, format_weight
 from flyreg_gui.panels.neighbourhood import NeighbourhoodBar
 from flyreg_gui.panels.smoothing_curve import NOT_YET, SmoothingCurve
@@ -68,7 +69,7 @@ class LandmarksPanel(QWidget):
         self.weight_slider.setAccessibleName("Weight of the selected landmarks")
         self.smoothing_slider = LogSlider(SMOOTHING_SCALE)
         self.smoothing_slider.setAccessibleName("Smoothing lambda")
-        self._weight_label, self._weight_value = QLabel(), QLabel()
+        self._weight_label, self._weight_value = ElidedLabel(), QLabel()
         self._smoothing_value = QLabel()
         self.curve = SmoothingCurve(SMOOTHING_SCALE)
         self.neighbourhood = NeighbourhoodBar()
@@ -252,7 +253,7 @@ class LandmarksPanel(QWidget):
         self.weight_slider.setEnabled(bool(chosen))
         self.accept_button.setEnabled(bool(self.suggested))
         names = self._names(chosen)
-        self._weight_label.setText(f"Weight of {names}" if chosen else "Weight: select a landmark")
+        self._weight_label.set_text(f"Weight of {names}" if chosen else "Weight: select a landmark")
         weights = [pair.weight for pair in self.chosen]
         if not weights:
             self._weight_value.clear()
@@ -284,10 +285,10 @@ class LandmarksPanel(QWidget):
 
     def _names(self, ids: Iterable[str]) -> str:
         pairs = (self.model.pair_of(identifier) for identifier in ids)
-        names = [pair.name for pair in pairs if pair is not None]
+        names = [pair.short_name for pair in pairs if pair is not None]
         return ", ".join(names) if len(names) <= MANY else f"{len(names)} landmarks"
 
 
 def format_smoothing(smoothing: float) -> str:
     """Return lambda as the user reads it."""
-    return f"{smoothing:.2e}" if 0 < smoothing < 1e-2 else f"{smoothing:.3g}"
+    return f"{smoothing:.3g}"

@@ -15,7 +15,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-REACH_UM = 30.0
+REACH_UM = 50.0
+"""About as wide as an antennal lobe; suggestions lie 30 to 50 µm apart."""
 SELECTED = "the selected landmark"
 
 

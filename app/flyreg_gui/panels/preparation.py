@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import permutations, product
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
@@ -66,11 +67,20 @@ class BrainFields:
         self.shift.setPlaceholderText("0")
         self.voxels = _spin_box(f"Voxels across {role}", 20, 400)
         self.passes = _spin_box(f"Smoothing passes of {role}", 0, 5000)
+        self.pose = QComboBox()
+        self.pose.addItem(FOUND, None)
+        for axes in POSES:
+            self.pose.addItem(axes, axes)
+        self.pose.setAccessibleName(f"Pose of {role}")
+        self.pose.setMinimumWidth(56)
+        self.pose.setSizeAdjustPolicy(
+            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
+        )
 
     @property
     def widgets(self) -> tuple[QWidget, ...]:
         """The fields from top to bottom."""
-        return (self.right, self.left, self.shift, self.voxels, self.passes)
+        return (self.pose, self.right, self.left, self.shift, self.voxels, self.passes)
 
     def show(self, brain: Brain, prepared: PreparedBrain | None) -> None:
         """Show the settings of a brain, and what was found where they leave it open."""
@@ -82,6 +92,7 @@ class BrainFields:
         self.shift.show_value(brain.cut.shift_um or None)
         self.voxels.setValue(brain.solid.voxels_across)
         self.passes.setValue(brain.smooth.passes)
+        self.pose.setCurrentIndex(self.pose.findData(brain.pose.axes))
 
     def applied_to(self, brain: Brain) -> Brain:
         """Return the brain with the settings of the form."""
@@ -91,10 +102,22 @@ class BrainFields:
             cut=replace(brain.cut, shift_um=self.shift.value() or 0.0),
             solid=replace(brain.solid, voxels_across=self.voxels.value()),
             smooth=replace(brain.smooth, passes=self.passes.value()),
+            pose=replace(brain.pose, axes=self.pose.currentData()),
         )
 
 
+FOUND = "auto"
+POSES = sorted(
+    ("".join(axes) for order in permutations(("LR", "DV", "PA")) for axes in product(*order)),
+    key=lambda axes: (sum(letter not in "LVP" for letter in axes), axes != "LVP"),
+)
+"""All there are, the usual ones first."""
 LABELS = (
+    (
+        "Pose",
+        "Towards which side of the animal x, y and z grow in the file: Left or Right, Dorsal or "
+        "Ventral, Anterior or Posterior; auto: found from the shape. LVP is how templates lie",
+    ),
     (
         "Trim right, µm",
         "Where the animal's right optic lobe is cut off, left of the midplane: negative; grey: found",
@@ -123,7 +146,7 @@ class PreparationForm(QWidget):
         self.pairing.setToolTip(PAIRING_TIP)
         self.per_seam = _spin_box("Landmarks per seam", 0, 99)
         self.per_side = _spin_box("Landmarks per side", 0, 99)
-        self.curves_button = QPushButton("Curves…")
+        self.curves_button = QPushButton("Costs…")
         self.curves_button.setToolTip("Show what simplifying and smoothing cost the brains' shape")
         self.apply_button = QPushButton("Apply")
         self.reset_button = QPushButton("Reset")
@@ -147,14 +170,18 @@ class PreparationForm(QWidget):
                 widget.setToolTip(tip)
                 grid.addWidget(widget, row, column)
         row = len(LABELS) + 1
-        grid.addWidget(_label("Pairing", PAIRING_TIP), row, 0)
+        grid.addWidget(_label("Paired by", PAIRING_TIP), row, 0)
         grid.addWidget(self.pairing, row, 1, 1, 2)
-        counts = QHBoxLayout()
-        counts.addWidget(self.per_seam)
-        counts.addWidget(self.per_side)
-        tip = "How many landmarks lie on each seam, and on each side of a half"
-        grid.addWidget(_label("Per seam, side", tip), row + 1, 0)
-        grid.addLayout(counts, row + 1, 1, 1, 2)
+        for below, (label, tip, box) in enumerate(
+            (
+                ("Seam landmarks", "How many landmarks lie on each seam", self.per_seam),
+                ("Side landmarks", "How many landmarks lie on each side of a half", self.per_side),
+            ),
+            start=row + 1,
+        ):
+            box.setToolTip(tip)
+            grid.addWidget(_label(label, tip), below, 0)
+            grid.addWidget(box, below, 1, 1, 2)
         buttons = QHBoxLayout()
         buttons.addWidget(self.curves_button)
         buttons.addStretch(1)

@@ -6,7 +6,6 @@ from functools import partial
 
 from PySide6.QtCore import (
     QAbstractItemModel,
-    QItemSelectionModel,
     QModelIndex,
     QPersistentModelIndex,
     QRect,
@@ -31,9 +30,9 @@ from flyreg_gui.sliders import WEIGHT_SCALE
 
 Index = QModelIndex | QPersistentModelIndex
 
-WEIGHT_WIDTH = 120
-PADDING, SWATCH = 10, 10
-NUMBER_WIDTH = 52
+WEIGHT_WIDTH = 112
+PADDING, SWATCH = 8, 10
+NUMBER_WIDTH = 46
 INSET = 9
 EMPTY = "The landmarks of both brains are listed here once the brains are prepared."
 GROOVE, HANDLE = 3.0, 5.0
@@ -99,7 +98,6 @@ class WeightDelegate(QStyledItemDelegate):
         self.typed.emit(str(index.data(ID_ROLE)), float(str(editor.property("text"))))
 
 
-NO_CHANGE = QItemSelectionModel.SelectionFlag.NoUpdate
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
@@ -134,7 +132,6 @@ class LandmarkTableView(QTableView):
     weight_drag_started = Signal(str)  # id
     weight_dragged = Signal(str, float)
     weight_drag_ended = Signal()
-    searched = Signal(str)  # the letter that was typed
 
     def __init__(self) -> None:
         super().__init__()
@@ -165,12 +162,11 @@ class LandmarkTableView(QTableView):
         header.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         for column in (Column.PLACE, Column.RESIDUAL, Column.FORETOLD, Column.LEVERAGE):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.Interactive)
-            wide = self.fontMetrics().horizontalAdvance(
-                "⚠ 00.00" if column == Column.FORETOLD else "000.00"
-            )
+            title = str(self.model().headerData(column, Qt.Orientation.Horizontal))
+            texts = ("⚠ 00.00" if column == Column.FORETOLD else "000.00", *title.splitlines())
+            wide = max(self.fontMetrics().horizontalAdvance(text) for text in texts)
             header.resizeSection(column, wide + PADDING)
-            title = self.model().headerData(column, Qt.Orientation.Horizontal)
-            action = QAction(str(title), header, checkable=True)
+            action = QAction(title.replace("\n", ", "), header, checkable=True)
             action.setChecked(column != Column.PLACE)
             action.toggled.connect(partial(self._show_column, column))
             header.addAction(action)
@@ -180,13 +176,7 @@ class LandmarkTableView(QTableView):
         header.resizeSection(Column.WEIGHT, WEIGHT_WIDTH)
 
     def keyboardSearch(self, search: str) -> None:
-        """Go to the next landmark whose name begins with what is typed, whatever column was clicked."""
-        current = self.currentIndex()
-        if current.isValid() and current.column() != Column.NAME:
-            name = current.siblingAtColumn(Column.NAME)
-            self.selectionModel().setCurrentIndex(name, NO_CHANGE)
-        super().keyboardSearch(search)
-        self.searched.emit(search)
+        """Go nowhere: some letters are keys of actions, and the others would change the selection."""
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the table, or what will be in it."""

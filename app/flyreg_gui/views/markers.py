@@ -59,7 +59,7 @@ def style_markers(
     array = np.array(colors, dtype=np.uint8).reshape(-1, 3)
     array[is_selected] = theme.selected
     sizes = np.where(is_selected, np.maximum(sizes, 1.0) * SELECTED_SIZE, sizes)
-    ids, names = tuple(pair.id for pair in pairs), tuple(pair.name for pair in pairs)
+    ids, names = tuple(pair.id for pair in pairs), tuple(pair.short_name for pair in pairs)
     return MarkerStyle(ids, names, sizes, array, is_selected)
 
 

@@ -1,4 +1,4 @@
-"""Neuropils in the views of the brain they belong to, seen through its surface."""
+"""Neuropils in the views of the brain they belong to, or lie in now, seen through its surface."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from PySide6.QtCore import QPointF
 
 from flyreg_core.mesh import Integers, SurfaceMesh
 from flyreg_core.neuropils import Neuropil
-from flyreg_core.project import Role
+from flyreg_gui.carried_neuropils import CarriedNeuropils
 from flyreg_gui.neuropils import Neuropils
 from flyreg_gui.preparing import ROLES
 from flyreg_gui.theme import NEUROPILS, Color
@@ -53,14 +53,18 @@ class NeuropilViews:
     """Draws neuropils into views; a legend names them, and so does the mouse that rests on one."""
 
     def __init__(
-        self, neuropils: Neuropils, views: Sequence[tuple[ViewFrame, SurfaceView, Role]]
+        self,
+        neuropils: Neuropils,
+        carried: CarriedNeuropils,
+        views: Sequence[tuple[ViewFrame, SurfaceView]],
     ) -> None:
-        self._neuropils, self._views = neuropils, tuple(views)
+        self._neuropils, self._carried, self._views = neuropils, carried, tuple(views)
         self._is_on = True
-        self._drawn: dict[Role, Drawn] = {}
-        for _, view, role in self._views:
-            view.canvas.hovered.connect(partial(self._on_hovered, view, role))
+        self._drawn: dict[SurfaceView, Drawn] = {}
+        for _, view in self._views:
+            view.canvas.hovered.connect(partial(self._on_hovered, view))
         neuropils.changed.connect(self._on_changed)
+        carried.changed.connect(self._on_changed)
 
     def set_on(self, on: bool) -> None:
         """Show or hide neuropils."""
@@ -68,35 +72,38 @@ class NeuropilViews:
         self.show()
 
     def show(self) -> None:
-        """Draw the neuropils of each brain that is on show."""
-        named: set[Role] = set()
-        for frame, view, role in self._views:
-            drawn = self._drawn.get(role) if self._is_on and view.space is not None else None
+        """Draw the neuropils of each brain that is on show, each named in the first view it is in."""
+        named: set[tuple[Color, str]] = set()
+        for frame, view in self._views:
+            drawn = self._drawn.get(view) if self._is_on and view.space is not None else None
             if drawn is None:
                 view.hide_neuropils()
             else:
                 view.show_neuropils(drawn.surface, drawn.colors)
-            is_first = not frame.isHidden() and role not in named
-            frame.show_names(drawn.key if drawn is not None and is_first else ())
-            named |= {role} if is_first else set()
+            key = () if drawn is None or frame.isHidden() else drawn.key
+            frame.show_names([each for each in dict.fromkeys(key) if each not in named])
+            named.update(key)
             view.canvas.setToolTip("")
 
-    def name_at(self, view: SurfaceView, role: Role, position: QPointF) -> str:
+    def name_at(self, view: SurfaceView, position: QPointF) -> str:
         """Return the name of the neuropil that is seen first at a position in a view, or none."""
-        hit, drawn = view.neuropil_at(position), self._drawn.get(role)
+        hit, drawn = view.neuropil_at(position), self._drawn.get(view)
         return "" if hit is None or drawn is None else drawn.key[drawn.of_face[hit.place.face]][1]
 
     def _on_changed(self) -> None:
-        colors = colors_of_names(each.name for each in self._neuropils.by_name.values())
-        self._drawn = {}
-        for role in ROLES:
-            own = [each for each in self._neuropils.by_name.values() if each.role == role]
-            if own:
-                self._drawn[role] = Drawn.of(own, colors)
+        known = self._neuropils.by_name.values()
+        colors = colors_of_names(each.name for each in known)
+        source, target = ([each for each in known if each.role == role] for role in ROLES)
+        on_target = [*target, *self._carried.by_name.values()]
+        self._drawn = {
+            view: Drawn.of(neuropils, colors)
+            for (_, view), neuropils in zip(self._views, (source, target, on_target), strict=True)
+            if neuropils
+        }
         self.show()
 
-    def _on_hovered(self, view: SurfaceView, role: Role, position: QPointF) -> None:
-        view.canvas.setToolTip(self.name_at(view, role, position))
+    def _on_hovered(self, view: SurfaceView, position: QPointF) -> None:
+        view.canvas.setToolTip(self.name_at(view, position))
 
 
 def colors_of_names(names: Iterable[str]) -> dict[str, Color]:

@@ -41,6 +41,7 @@ from flyreg_gui.views.tunnel_views import TunnelViews
 from flyreg_gui.views.view_frame import ViewFrame
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
+SEEN_FROM_OUTSIDE = "The moved source over the target, both seen from outside"
 MOST_NAMED = 3
 """As many of the selected landmarks have their names written."""
 ROLES_OF_FRAMES: tuple[Role, ...] = ("source", "target", "source", "source", "source")
@@ -174,7 +175,10 @@ class ViewArea(QWidget):
         self._show_blend()
 
     def _show_blend(self) -> None:
-        blend = self._blend if self._instead is None else self._instead
+        own = (
+            0.0 if self._judging.is_of_source_alone else self._blend
+        )  # or the legend would be wrong
+        blend = own if self._instead is None else self._instead
         self.registered.set_overlay_opacity(blend)
         for view in self.flat_views:
             view.set_blend(blend)
@@ -221,6 +225,7 @@ class ViewArea(QWidget):
         return self.source if role == "source" else self.target
 
     def _on_judging(self) -> None:
+        self._show_blend()
         if self._session.results is not None:
             self._show_brains(self._session.results)
 
@@ -242,10 +247,9 @@ class ViewArea(QWidget):
         return role is not None and (self._trim.is_on or self._stages[role] != "prepared")
 
     @property
-    def frames_of_brains(self) -> tuple[tuple[ViewFrame, SurfaceView, Role], ...]:
-        """The views in space, and in whose coordinates they are."""
-        roles: tuple[Role, ...] = ("source", "target", "target")
-        return tuple(zip(self.frames[:3], self.surface_views, roles, strict=True))
+    def frames_of_brains(self) -> tuple[tuple[ViewFrame, SurfaceView], ...]:
+        """The views in space: source, target, and the one moved on the other."""
+        return tuple(zip(self.frames[:3], self.surface_views, strict=True))
 
     def close_canvases(self) -> None:
         """End VTK in each view; nothing can be drawn afterwards, so news on their way are not."""
@@ -321,8 +325,10 @@ class ViewArea(QWidget):
             stage = self._stages[role]
             name = short_name(brain) + ("" if stage == "prepared" else f", {stage}")
             frame.title.set_detail(name, brain.path)
+        beside = self._session.beside
+        self.frames[2].title.set_detail(f"weights {beside}" if beside else "")
         for frame in self.frames[3:]:
-            frame.title.set_detail("moved source over target, seen from outside")
+            frame.title.set_detail("source over target", SEEN_FROM_OUTSIDE)
 
     def _show_keys(self) -> None:
         """Say what the colours mean, of each brain in the first of its views that is shown."""

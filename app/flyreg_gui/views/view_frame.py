@@ -6,17 +6,17 @@ from collections.abc import Sequence
 from html import escape
 
 from PySide6.QtCore import QRect, Qt, Signal
-from PySide6.QtGui import QActionGroup, QMouseEvent, QResizeEvent
+from PySide6.QtGui import QActionGroup, QMouseEvent
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
     QLabel,
     QMenu,
-    QSizePolicy,
     QToolButton,
     QVBoxLayout,
 )
 
+from flyreg_gui.elided_label import ElidedLabel
 from flyreg_gui.judging import Judged
 from flyreg_gui.theme import Color, Theme, css
 from flyreg_gui.views.canvas import Canvas
@@ -26,29 +26,6 @@ NAMES_WIDTH, NAMES_HEIGHT = 0.4, 0.25
 """Shares of a view that names may cover."""
 NAMES_SIZE = 0.85
 """Of the usual size of letters."""
-
-
-class ElidedLabel(QLabel):
-    """A text that takes what room there is and says by "…" that there is more."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._full = ""
-        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-
-    def set_text(self, text: str) -> None:
-        """Show another text."""
-        self._full = text
-        self._elide()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show as much as there is room for now."""
-        super().resizeEvent(event)
-        self._elide()
-
-    def _elide(self) -> None:
-        metrics = self.fontMetrics()
-        self.setText(metrics.elidedText(self._full, Qt.TextElideMode.ElideRight, self.width()))
 
 
 class TitleBar(QFrame):
