@@ -281,7 +281,7 @@ def test_what_is_copied_repeats_the_registration_to_the_last_bit(qtbot, window, 
     )
     assert done.returncode == 0, done.stderr
     again = np.load(tmp_path / "vertices.npy")
-    assert np.array_equal(again, session.results.registration.surface.vertices)
+    assert np.abs(again - session.results.registration.surface.vertices).max() == 0
     assert (tmp_path / "registered.ply").is_file()
 
     path = tmp_path / "it's mine.flyreg"
