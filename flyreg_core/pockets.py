@@ -143,10 +143,10 @@ def fill_pockets(
     -----
     Were one ball to decide by whether it fits about a whole pocket, a surface that is a little
     different would keep one that another has filled. Here such surfaces differ by no more than the
-    depth that stays open. Voxels are added, the deepest first, and taken away, those nearest to the open first, only
-    where that does not change the topology: the handle remains the one that was chosen. Nothing
-    changes next to its membrane, from which turns around it are counted, and nothing is taken away
-    next to the others: they would be left standing alone, with no thickness to cut.
+    depth that stays open. Voxels are added, the deepest first, and taken away, those nearest to the
+    open first, only where that does not change the topology: the handle remains the one that was
+    chosen. Nothing changes next to its membrane, from which turns around it are counted, and nothing
+    is taken away next to the others: they would be left standing alone, with no thickness to cut.
     """
     is_deep = depths > DEPTH
     rim = ndimage.binary_dilation(carving.membrane, kuhn_structure())
@@ -173,7 +173,9 @@ def _without(
     tunnel is does not count, nor where a membrane spans it. What is cut off from the open by the
     places is one of them.
     """
-    pockets, places = (outside & ~_with_the_corner(outside & ~part) for part in (depths > 0, places))
+    pockets, places = (
+        outside & ~_with_the_corner(outside & ~part) for part in (depths > 0, places)
+    )
     way = outside.copy()
     finite = np.where(np.isinf(depths), outside.size, depths)
     last = SHALLOW_BEFORE_MIDDLE * finite - ndimage.distance_transform_edt(outside)

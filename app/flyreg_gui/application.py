@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from pathlib import Path
 
@@ -54,6 +55,7 @@ def run(request: Request) -> int:
         if request.screenshot is not None:
             return Photographer(window, request.screenshot).run(application)
         window.show()
+        gc.freeze()  # what is there now stays, and takes no time when garbage is looked for
         window.recovery.look()
         if not window.preferences.has_toured:
             QTimer.singleShot(SETTLE_MS, window.tour.start)

@@ -33,6 +33,7 @@ from flyreg_gui.dock_icons import show_dock_icons
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.drops import Drops
 from flyreg_gui.files import FileCommands
+from flyreg_gui.garbage import GarbageCollector
 from flyreg_gui.help_window import HelpWindow, help_pages
 from flyreg_gui.judging import ORIGINS, Judging
 from flyreg_gui.keymap import Keymap
@@ -125,6 +126,7 @@ class MainWindow(QMainWindow):
         self.taking_away = TakingAway(self)
         self.pictures = PictureCommands(self)
         self.drops = Drops(self)
+        GarbageCollector(self.session, self)
         self.autosave = Autosave(self.session, lambda p: with_view(p, self.view_state()), self)
         self.recovery = RecoveryBar(self)
         self.blink = Blink(self.session, self.say, self)
