@@ -17,6 +17,10 @@ NECK_SEARCH = (0.45, 0.75)
 PROFILE_BLUR = 0.02
 """Width of the blur over the silhouette's height, as a share of the brain's width."""
 
+FARTHEST_BETWEEN = 0.45
+"""How far from a voxel's centre the lowest place of a neck is at most, voxels: just short of where a
+plane half a voxel further in would meet the centre of another, and rounding would decide about it."""
+
 FARTHEST = 0.95
 """How far out a plane may be carried, as a share of the way to the side of the brain."""
 
@@ -101,7 +105,8 @@ def _lowest(height: Floats, places: Integers) -> float:
     curvature = before - 2 * here + after
     if curvature <= 0:
         return lowest
-    return lowest + float(np.clip((before - after) / (2 * curvature), -0.5, 0.5))
+    vertex = (before - after) / (2 * curvature)
+    return lowest + float(np.clip(vertex, -FARTHEST_BETWEEN, FARTHEST_BETWEEN))
 
 
 def trim(solid: VoxelSolid, planes: TrimPlanes) -> VoxelSolid:

@@ -49,8 +49,14 @@ def pixel(canvas, point):
 
 
 def pulling_aside(results, place):
-    """A pair that takes the source's surface nearest to a place 15 µm away on the target."""
-    source, moved = results.source.surface.vertices, results.registration.surface.vertices
+    """A pair that takes the source's surface nearest to a place 15 µm away on the target.
+
+    Both ends lie on a half; on the caps of the trim planes nothing pulls.
+    """
+    halves = results.source.halves.values()
+    on_halves = np.unique(np.concatenate([half.vertex_of for half in halves]))
+    source = results.source.surface.vertices[on_halves]
+    moved = results.registration.surface.vertices[on_halves]
     start = np.linalg.norm(source - place, axis=1).argmin()
     away = np.linalg.norm(moved - moved[start], axis=1)
     ends = (tuple(source[start].tolist()), tuple(moved[np.abs(away - 15.0).argmin()].tolist()))

@@ -11,7 +11,7 @@ from flyreg_core.project_file import load_project, save_project
 pytest.importorskip("PySide6")
 from PySide6.QtCore import Qt
 
-from tests.app.hands import CONTROL, LONG_MS, drawn, press, settle
+from tests.app.hands import CONTROL, LONG_MS, drawn, press, pulling_aside, settle
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
 
@@ -21,6 +21,9 @@ SHIFT, ALT = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.AltModifier
 def test_a_and_b_are_kept_shown_in_turn_and_taken_again(qtbot, window, tmp_path):
     session, view = window.session, window.view_area.registered
     pictures = {}
+    mine = pulling_aside(session.results, session.results.landmarks[-1].source_point)
+    session.edit("add", edits.add_pair(session.project, mine))  # which λ gives way to or not
+    settle(qtbot, window)
     assert not window.actions_by_name["blink"].isEnabled()
     for name, key, smoothing in (("A", Qt.Key.Key_A, 1e-4), ("B", Qt.Key.Key_B, 1.0)):
         session.edit("smooth", edits.set_smoothing(session.project, smoothing))
