@@ -44,6 +44,8 @@ LEVELS = np.linspace(0.02, 0.98, 49)
 """Shares of the surface behind the levels at which the first two rings may part."""
 SHARES_OF_SHIFT = (1.0, 0.75, 0.5)
 """How much of a shift is tried, in turn."""
+STEPS_BESIDE = (0.0, 0.5, -0.5, 1.0, -1.0, 1.5, -1.5, 2.0, -2.0)
+"""How far beside another brain's cut is tried, in turn, voxels of the torus."""
 SMALL = 1e-9
 """Least size of a value whose sign tells the side."""
 
@@ -93,12 +95,16 @@ def dissect(
     in the trim openings, as far as they remain disks whose rims the cut crosses twice. So every
     brain falls into two rings and two disks, and where the cut is not a height (in folds and
     pockets) it gives way. The lines are drawn between vertices of different sides: simple closed
-    curves. A shift that takes the cut out of a trim opening is made only as far as it stays inside.
+    curves. A shift that takes the cut out of a trim opening is made only as far as it stays inside;
+    a cut that is carried from another brain gives way a little for that.
     """
     problem: TopologyError | None = None
-    for share in SHARES_OF_SHIFT if parameters.shift_um else (1.0,):
+    shifts = [share * parameters.shift_um for share in SHARES_OF_SHIFT]
+    if parameters.shift_um == 0:
+        shifts = [0.0] if carried is None else [step * torus.pitch for step in STEPS_BESIDE]
+    for shift_um in shifts:
         try:
-            return _dissect(torus, surface, smoothed, share * parameters.shift_um, carried)
+            return _dissect(torus, surface, smoothed, shift_um, carried)
         except TopologyError as error:
             problem = problem or error
     raise problem or TopologyError("the cut was not tried")
