@@ -17,7 +17,7 @@ from flyreg_core.solid import SolidParameters
 from tests.benchmarks.thorough.test_live import milliseconds, with_landmarks
 
 PLOT = Path(__file__).resolve().parents[3] / "resources" / "pictures" / "growth.svg"
-VOXELS_ACROSS = (28, 44, 60, 86, 122)
+VOXELS_ACROSS = (22, 40, 60, 90, 134)
 """Give FCWB about 10,000 to 400,000 vertices."""
 LANDMARKS = (150, 500, 1000, 2000, 4000)
 TICKS = 20
