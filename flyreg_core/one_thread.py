@@ -4,7 +4,7 @@ The matrices here are small, so a product takes milliseconds. Where another prog
 the cores, threads that divide such a product cost ten times what they save: a 900 x 900 Cholesky
 factor took 19 ms on one thread and 100 to 170 ms on two, with one other process on two cores.
 
-It also makes results repeat: a product of two threads is rounded otherwise.
+It also makes results repeat to the last bit: a product of two threads is rounded otherwise.
 """
 
 from __future__ import annotations

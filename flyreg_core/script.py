@@ -35,7 +35,7 @@ def python_program(project: Project) -> str:
     """Return a Python program that runs a project and writes `registered.ply`.
 
     It needs no project file: every decision that differs from the usual one is written out, numbers
-    to the last digit, so the vertices are the same but for rounding. What concerns only the window
+    to the last digit, so the vertices are the same to the last bit. What concerns only the window
     (the view, snapshots) is left out.
     """
     told = replace(project, view={}, snapshots={})

@@ -157,7 +157,7 @@ def _solid_angles(
     return angles
 
 
-@njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
+@njit(nogil=True, cache=True, error_model="numpy")
 def _add_from_far(m: Floats, px: Floats, py: Floats, pz: Floats, angles: Floats) -> None:
     """Add the solid angles of faces far from points, from their moments."""
     spread = m[7] + m[8] + m[9]

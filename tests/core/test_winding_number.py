@@ -1,3 +1,8 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import igl
 import numpy as np
 import pytest
@@ -6,6 +11,7 @@ from flyreg_core.brain_files import open_brain, read_brain
 from flyreg_core.winding_number import winding_numbers
 from tests.shapes import sphere
 
+CHECKOUT = Path(__file__).parents[2]
 NEAR = 5e-3
 """How far expansions may be from the sum of all solid angles."""
 
@@ -70,3 +76,25 @@ def test_the_expansion_of_one_far_face_is_exact_to_the_third_order():
     assert errors[0] < 1e-4
     assert errors[1] < errors[0] / 6
     assert errors[2] < errors[1] / 6
+
+
+def test_what_is_compiled_now_rounds_as_what_was_kept_when_it_was_compiled(tmp_path):
+    """Else the first registration of a new installation would not be that of all later ones."""
+    program = (
+        "import hashlib\n"
+        "import sys\n"
+        "from flyreg_core.winding_number import winding_numbers\n"
+        "from tests.core.test_winding_number import around\n"
+        "from tests.shapes import sphere\n"
+        "vertices, faces = sphere(100.0, 4)\n"
+        "found = winding_numbers(around(vertices), vertices, faces)\n"
+        "sys.stdout.write(hashlib.sha256(found.tobytes()).hexdigest())\n"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(CHECKOUT)}
+    command = [sys.executable, "-c", program]
+    first, second = (
+        subprocess.run(command, env=environment, capture_output=True, check=True).stdout
+        for _ in range(2)
+    )
+    assert len(first) > 0
+    assert first == second
