@@ -85,7 +85,7 @@ def dissect(
     Raises
     ------
     TopologyError
-        A cap or the cut lies where there is no brain, even if it is shifted half as far.
+        A cap or the cut lies where there is no brain, wherever the cut is tried.
 
     Notes
     -----
@@ -99,15 +99,19 @@ def dissect(
     a cut that is carried from another brain gives way a little for that.
     """
     problem: TopologyError | None = None
-    shifts = [share * parameters.shift_um for share in SHARES_OF_SHIFT]
-    if parameters.shift_um == 0:
-        shifts = [0.0] if carried is None else [step * torus.pitch for step in STEPS_BESIDE]
-    for shift_um in shifts:
+    for shift_um in _shifts(torus, parameters, is_carried=carried is not None):
         try:
             return _dissect(torus, surface, smoothed, shift_um, carried)
         except TopologyError as error:
             problem = problem or error
     raise problem or TopologyError("the cut was not tried")
+
+
+def _shifts(torus: Torus, parameters: CutParameters, is_carried: bool) -> list[float]:
+    """Return how far behind its place the cut is tried, in turn, micrometres."""
+    if parameters.shift_um:
+        return [share * parameters.shift_um for share in SHARES_OF_SHIFT]
+    return [step * torus.pitch for step in STEPS_BESIDE] if is_carried else [0.0]
 
 
 def _dissect(

@@ -42,10 +42,7 @@ def pocket_depths(inside: Booleans) -> Floats:
     is_open = _with_the_corner(outside & (narrowness == 0))
     pockets = outside & ~is_open
     start = ndimage.binary_dilation(pockets, np.ones((3, 3, 3), dtype=bool)) & is_open
-    depth = _shortest_ways(
-        *(pockets.reshape(-1), narrowness.reshape(-1), np.flatnonzero(start)),
-        *(STEPS @ np.array(outside.strides, dtype=np.int64), np.linalg.norm(STEPS, axis=1)),
-    ).reshape(outside.shape)
+    depth = _shortest_ways(pockets, narrowness, start)
     depth[~pockets] = 0.0
     return np.asarray(depth[(slice(margin, -margin),) * 3])
 
@@ -92,8 +89,19 @@ def _with_the_corner(outside: Booleans) -> Booleans:
     return np.asarray(labels == labels[0, 0, 0])
 
 
+def _shortest_ways(passable: Booleans, costs: Floats, start: Booleans) -> Floats:
+    """Return (nx, ny, nz) the least cost of a way from any start, voxels times costs on the way.
+
+    Infinite where no way leads; the outermost layer is not passable.
+    """
+    steps = STEPS @ np.array(passable.strides, dtype=np.int64)
+    lengths, places = np.linalg.norm(STEPS, axis=1), np.flatnonzero(start)
+    ways = _shortest_flat_ways(passable.reshape(-1), costs.reshape(-1), places, steps, lengths)
+    return np.asarray(ways.reshape(passable.shape))
+
+
 @njit(nogil=True, cache=True)
-def _shortest_ways(
+def _shortest_flat_ways(
     passable: Booleans, costs: Floats, start: Integers, steps: Integers, lengths: Floats
 ) -> Floats:
     away = np.full(len(passable), np.inf)
@@ -180,11 +188,8 @@ def _without(
     finite = np.where(np.isinf(depths), outside.size, depths)
     last = SHALLOW_BEFORE_MIDDLE * finite - ndimage.distance_transform_edt(outside)
     carve(way, outside & ~pockets, last, within(report, 0.0, 0.5))
-    steps = STEPS @ np.array(outside.strides, dtype=np.int64)
-    costs, lengths = np.ones(outside.size), np.linalg.norm(STEPS, axis=1)
-    start = np.flatnonzero(pockets & way)
-    away = _shortest_ways(pockets.reshape(-1), costs, start, steps, lengths)
-    is_far = places & (away.reshape(places.shape) > FARTHEST_FROM_WAY)
+    away = _shortest_ways(pockets, np.ones(outside.shape), pockets & way)
+    is_far = places & (away > FARTHEST_FROM_WAY)
     rest = outside.copy()
     carve(rest, outside & (rim | ~is_far), depths, within(report, 0.5, 1.0))
     return rest
