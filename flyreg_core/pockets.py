@@ -20,7 +20,7 @@ NARROW, WIDE = 1.0, 4.0
 larger it is, down to nothing where the second does."""
 DEPTH = 1.0
 """How deep pockets stay open: deep enough to show, shallower than the error allowed."""
-FARTHEST_FROM_WAY = 3.5
+FARTHEST_FROM_WAY = 5.0
 """How far a deep part of a tunnel may be from its way and stay open, voxels."""
 SHALLOW_BEFORE_MIDDLE = 2.0
 """How much more the way of a tunnel keeps to the shallow than to the middle."""
