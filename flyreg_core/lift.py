@@ -106,10 +106,19 @@ def build_locators(target: FlatBrain) -> Locators:
     """Return the locators of both halves and both caps of the target."""
     caps = find_caps(target.dissection, target.curves, target.added)
     grids = [cap_grid(cap, lay_cap_flat(cap, rim_circle(cap.side, target.curves))) for cap in caps]
-    halves = {half: strip_grid(target.halves[half].flat) for half in HALVES}
     points = target.dissection.surface.vertices
-    tables = {half: lift_table(target.halves[half], halves[half], points) for half in HALVES}
-    return Locators(halves, tables, caps, (grids[0], grids[1]))
+
+    def of_half(half: HalfName, _: Report) -> tuple[TriangleGrid, Floats]:
+        grid = strip_grid(target.halves[half].flat)
+        return grid, lift_table(target.halves[half], grid, points)
+
+    halves = both_halves(of_half)
+    return Locators(
+        {half: grid for half, (grid, _) in halves.items()},
+        {half: table for half, (_, table) in halves.items()},
+        caps,
+        (grids[0], grids[1]),
+    )
 
 
 def lift_table(target: FlatHalf, grid: TriangleGrid, points: Floats) -> Floats:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import igl
 import numpy as np
 from numba import njit
 
@@ -75,12 +76,8 @@ def once_around(uv: Floats) -> Floats:
 
 def find_neighbours(faces: Integers) -> Integers:
     """Return for (n, 3) faces the face across from each corner, -1 at a boundary."""
-    first, second = faces[:, [1, 2, 0]].reshape(-1), faces[:, [2, 0, 1]].reshape(-1)
-    count = int(faces.max()) + 1
-    key, opposite = first * count + second, second * count + first
-    order = np.argsort(key)
-    place = order[np.minimum(np.searchsorted(key, opposite, sorter=order), len(key) - 1)]
-    return np.where(key[place] == opposite, place // 3, -1).reshape(-1, 3)
+    across_edges, _ = igl.triangle_triangle_adjacency(faces)  # of corners 0 and 1, 1 and 2, 2 and 0
+    return np.ascontiguousarray(np.roll(across_edges, -1, axis=1))
 
 
 def find_triangles(

@@ -134,7 +134,9 @@ class WorkBar(QWidget):
 
     def show_progress(self, fraction: float, text: str) -> None:
         """Say how far the work is."""
+        self.bar.setUpdatesEnabled(False)  # or it is drawn before this returns, and all views with it
         self.bar.setValue(round(1000 * fraction))
+        self.bar.setUpdatesEnabled(True)
         self._text.setText(f"{text[:1].upper()}{text[1:]}…" if text else "Working…")
 
     def show_state(self, *, running: bool, stopped: bool) -> None:
@@ -144,9 +146,9 @@ class WorkBar(QWidget):
                 self._patience.start()
             return
         self._patience.stop()
-        self.bar.setValue(0)
         self.setVisible(stopped)
         self.bar.setVisible(False)
+        self.bar.setValue(0)
         self.cancel_button.setVisible(False)
         self.again_button.setVisible(stopped)
         if stopped:
