@@ -1,6 +1,7 @@
 """The engine of flyreg: lay the surface of one fly brain on another.
 
-The stages in the order they run; `pipeline.Pipeline.run` calls them and remembers each.
+The stages in the order they run, each remembered: `preparation.Preparation` calls those that make a
+pair of brains ready, `pipeline.Pipeline.run` those from the landmarks on.
 
 =======================  ======================  ==================================================
 stage                    module                  what goes in -> what comes out
