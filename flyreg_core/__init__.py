@@ -27,8 +27,8 @@ weighted spline          thin_plate_spline,      places, weights, lambda -> map 
 boundary, folds          boundary_map, unfold    map -> one-to-one map from strip to strip
 lift, sew                lift, caps              strip -> registered surface, closed
 distances                surface_distance        two surfaces -> mean, RMS, Hausdorff, both ways
-judgement                judgement,              landmarks -> leave-one-out errors, best lambda,
-                         cross_validation        who folds the surface
+judgement                judgement, trade_off,   landmarks -> leave-one-out errors, best lambda,
+                         cross_validation        what it costs, who folds the surface
 report                   report, report_page     what came of it -> report.json, report.html
 =======================  ======================  ==================================================
 

@@ -34,14 +34,11 @@ from flyreg_core.surface_distance import (
     distances_to_surface,
 )
 from flyreg_core.torus import ORIGINS, Torus
+from flyreg_core.vertex_properties import vertex_status, weight_influence
 
 LIBRARIES = ("flyreg", "numpy", "scipy", "numba", "libigl", "manifold3d", "trimesh")
-INFLUENCE_WIDTH = 0.2
-"""Width in the rectangle over which a landmark's weight is shown to fade."""
 MOST_FILLINGS = 50
 """As many of the filled places are listed, the largest first."""
-STATUS = {"by the spline": 0, "on a curve": 1, "fold mended": 2, "on a cap": 3}
-"""Values of the registered mesh's property `status`: how each vertex got its place."""
 
 Facts = dict[str, object]
 
@@ -168,6 +165,7 @@ def register_report(results: Results) -> Facts:
         "displacement_beyond_affine": _displacement(results),
         "smoothing": project.smoothing,
         "smoothing_by_cross_validation": _cross_validation(judgement, project.smoothing),
+        "residual_against_bending": _trade_off(judgement, project.smoothing),
         "pairing": project.boundary.pairing,
         "parameters": _parameters(project),
         "warnings": list(results.warnings),
@@ -301,6 +299,21 @@ def _cross_validation(judgement: Judgement | None, smoothing: float) -> Facts | 
     }
 
 
+def _trade_off(judgement: Judgement | None, smoothing: float) -> Facts | None:
+    """Return what the landmarks' residual costs in bending energy, at lambda and at all others."""
+    if judgement is None:
+        return None
+    curve = judgement.trade_off
+    residual, energy = curve.at(smoothing)
+    return {
+        "residual_rms_um": residual,
+        "bending_energy": energy,
+        "smoothings": [float(value) for value in curve.smoothings],
+        "residuals_rms_um": [float(value) for value in curve.residuals_um],
+        "bending_energies": [float(value) for value in curve.energies],
+    }
+
+
 def write_flat(path: Path, results: Results) -> None:
     """Write the flat halves before and after the spline, from which others can tell folds."""
     arrays: dict[str, Floats | Integers] = {}
@@ -374,28 +387,3 @@ def write_registered(path: Path, results: Results) -> None:
     }
     unit = results.project.target.input.unit
     write_mesh(path, results.registration.surface, unit, properties)
-
-
-def weight_influence(results: Results) -> Floats:
-    """Return for each vertex the landmarks' weights, faded with distance in the rectangle."""
-    influence = np.zeros(len(results.source.surface.vertices))
-    for half in HALVES:
-        flat = results.source.halves[half]
-        for mark in results.landmarks:
-            if half in mark.plane and mark.weight > 0:
-                away = np.linalg.norm(flat.plane - mark.plane[half][0], axis=1) / INFLUENCE_WIDTH
-                influence[flat.vertex_of] += mark.weight * np.exp(-(away**2) / 2)
-    return influence
-
-
-def vertex_status(results: Results) -> Integers:
-    """Return for each vertex of the registered mesh how it got its place, as `STATUS` numbers it."""
-    status = np.full(len(results.source.surface.vertices), STATUS["on a cap"])
-    for half in HALVES:
-        flat, warped = results.source.halves[half], results.registration.halves[half]
-        status[flat.vertex_of] = np.where(
-            warped.is_mended, STATUS["fold mended"], STATUS["by the spline"]
-        )
-    for curve in results.source.flat.curves.values():
-        status[curve.vertices] = STATUS["on a curve"]
-    return status

@@ -13,9 +13,9 @@ from flyreg_core.distortion import log_area_ratios, log_dilatations, to_vertices
 from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import Floats, SurfaceMesh
 from flyreg_core.progress import Report, within
-from flyreg_core.report import STATUS, vertex_status, weight_influence
 from flyreg_core.results import Results
 from flyreg_core.surface_distance import distances_of_vertices
+from flyreg_core.vertex_properties import STATUS, vertex_status, weight_influence
 
 ROBUST = 98.0
 """Colours span this many per cent of the values; those beyond have the colours of the ends."""

@@ -1,5 +1,7 @@
 """What a biologist does with landmarks: places, drags, mutes, mirrors, weighs and lists them."""
 
+import re
+
 import numpy as np
 import pytest
 import trimesh
@@ -15,7 +17,16 @@ from flyreg_resources import landmark_lists
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QInputDialog, QMenu
 
-from tests.app.hands import CONTROL, LEFT, answer_file_dialog, drag, pixel, press, settle
+from tests.app.hands import (
+    CONTROL,
+    LEFT,
+    answer_file_dialog,
+    drag,
+    pixel,
+    press,
+    pulling_aside,
+    settle,
+)
 
 
 def middle(canvas, right=0.0, down=0.0):
@@ -310,3 +321,40 @@ def test_the_curve_of_lambda_tells_the_best_and_the_present_one(qtbot, window):
     tip = window.landmarks.curve.toolTip()
     best = window.session.results.judgement.cross_validation.best
     assert f"λ = {best:.3g}" in tip
+
+
+def test_beside_its_curve_lambda_has_that_of_the_residual_against_bending(qtbot, window):
+    panel, session = window.landmarks, window.session
+    wrong = pulling_aside(session.results, session.results.landmarks[-1].source_point)
+    session.edit("add a wrong click", edits.add_pair(session.project, wrong))
+    settle(qtbot, window)
+    before = panel.curve.grab().toImage()
+    choose(qtbot, panel.curve_choice, "Residual against bending")
+    assert panel.curve.grab().toImage() != before
+    residual, energy = bending_on_show(panel)
+    drag_right(qtbot, panel.smoothing_slider)
+    settle(qtbot, window)
+    stiffer = bending_on_show(panel)
+    assert stiffer[0] > residual
+    assert stiffer[1] < energy
+    choose(qtbot, panel.curve_choice, "How well landmarks are foretold")
+    assert "foretold" in panel.curve.toolTip()
+
+
+def choose(qtbot, box, text):
+    """Choose a line of a box by typing its first letter."""
+    qtbot.keyClicks(box, text[0])
+    assert box.currentText() == text
+
+
+def drag_right(qtbot, slider):
+    middle = slider.height() // 2
+    places = [QPoint(x, middle) for x in range(slider.width() // 2, slider.width() - 20, 10)]
+    drag(qtbot, slider, places, lambda: None)
+
+
+def bending_on_show(panel):
+    """Residual and bending energy at the present lambda, as the curve's tip tells them."""
+    tip = panel.curve.toolTip()
+    found = re.search(r"present λ = .*: residual ([^ ]+) µm, bending (\S+)", tip)
+    return float(found[1]), float(found[2])

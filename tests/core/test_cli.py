@@ -97,6 +97,17 @@ def test_the_report_tells_how_well_each_landmark_is_foretold(registered: Path) -
     assert curve["best"] == curve["smoothings"][int(np.argmin(curve["scores"]))]
 
 
+def test_the_report_tells_what_the_residual_costs_in_bending_for_each_smoothing(
+    registered: Path,
+) -> None:
+    report = report_of(registered)
+    curve = report["residual_against_bending"]
+    assert curve["smoothings"] == report["smoothing_by_cross_validation"]["smoothings"]
+    residuals, energies = curve["residuals_rms_um"], curve["bending_energies"]
+    assert residuals[0] < curve["residual_rms_um"] < residuals[-1]
+    assert energies[0] > curve["bending_energy"] > energies[-1]
+
+
 def test_the_registered_mesh_is_closed_and_carries_its_properties(registered: Path) -> None:
     mesh = trimesh.load_mesh(registered / "registered.ply", process=False)
     assert mesh.is_watertight
