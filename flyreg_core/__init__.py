@@ -29,6 +29,7 @@ lift, sew                lift, caps              strip -> registered surface, cl
 distances                surface_distance        two surfaces -> mean, RMS, Hausdorff, both ways
 judgement                judgement, trade_off,   landmarks -> leave-one-out errors, best lambda,
                          cross_validation        what it costs, who folds the surface
+seam                     seam                    registered surface -> angle where its halves meet
 report                   report, report_page     what came of it -> report.json, report.html
 =======================  ======================  ==================================================
 

@@ -19,9 +19,9 @@ from markupsafe import Markup
 
 from flyreg_core.chart import Axis, Line, Mark, Panel, draw_panels
 from flyreg_core.color_maps import VIRIDIS
+from flyreg_core.facts import Facts
 from flyreg_core.files import write_atomically
 from flyreg_core.progress import Report, ignore
-from flyreg_core.report import Facts
 from flyreg_core.report_pictures import Figure, make_figures
 from flyreg_core.results import Results
 

@@ -108,6 +108,17 @@ def test_the_report_tells_what_the_residual_costs_in_bending_for_each_smoothing(
     assert energies[0] > curve["bending_energy"] > energies[-1]
 
 
+def test_the_report_tells_how_the_halves_meet(registered: Path) -> None:
+    seam = report_of(registered)["seam"]
+    for surface in ("registered", "target"):
+        angle = seam["angle"][surface]
+        assert 0 <= angle["mean_degrees"] <= angle["max_degrees"] <= 180
+        assert angle["p95_degrees"] <= angle["max_degrees"]
+    for way in ("source_to_target", "target_to_source"):
+        away = seam["hole_curve"][way]
+        assert 0 < away["mean_um"] <= away["max_um"] < 5
+
+
 def test_the_registered_mesh_is_closed_and_carries_its_properties(registered: Path) -> None:
     mesh = trimesh.load_mesh(registered / "registered.ply", process=False)
     assert mesh.is_watertight

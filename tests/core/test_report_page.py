@@ -103,6 +103,9 @@ def test_the_page_tells_all_that_a_reader_needs(registered: Path, page: Page) ->
     for number in range(len(facts["landmark_list"])):
         for name in ("weight", "residual_um", "leave_one_out_um"):
             assert f"landmark_list.{number}.{name}" in keys
+    for row in ("angle.registered", "angle.target"):
+        assert f"seam.{row}.mean_degrees" in keys
+    assert "seam.hole_curve.source_to_target.max_um" in keys
     assert {"there_and_back_um.mean", "smoothing", "seconds.total"} <= keys
     assert {
         f"residual_against_bending.{name}" for name in ("residual_rms_um", "bending_energy")
