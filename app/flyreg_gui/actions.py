@@ -287,7 +287,7 @@ SPECS = (
         "&Export landmarks…",
         (),
         lambda w: w.landmark_commands.export_landmarks(),
-        "Write your own landmarks for BigWarp or 3D Slicer",
+        "Write your own landmarks for BigWarp, 3D Slicer, OpenSim Creator or Fiji",
         needs="project",
     ),
     ActionSpec(

@@ -9,6 +9,7 @@ import trimesh
 from flyreg_core import edits
 from flyreg_core.landmark_files import read_landmark_pairs
 from flyreg_core.landmarks import CORNERS
+from flyreg_core.named_pairs import end_of
 
 pytest.importorskip("PySide6")
 from flyreg_gui.landmark_table import Column, Judged
@@ -297,6 +298,37 @@ def test_landmarks_are_exported_for_bigwarp_and_imported_again(qtbot, window, tm
     (again,) = window.session.project.pairs
     assert (again.name, again.target) == (pair.name, pytest.approx(pair.target))
     settle(qtbot, window)
+
+
+def test_landmarks_are_exported_in_the_format_that_is_chosen(qtbot, window, tmp_path):
+    pair = own_pair(qtbot, window)
+    chosen = {
+        "OpenSim Creator, both brains (*.csv)": "pairs.csv",
+        "OpenSim Creator, target (*.csv)": "target.csv",
+        "Fiji, source (*.points)": "source",  # its ending is added
+        "3D Slicer, target (*.mrk.json)": "target",
+    }
+    for line, name in chosen.items():
+        answer_file_dialog(tmp_path / name, line=line)
+        window.actions_by_name["export_landmarks"].trigger()
+    (both,) = read_landmark_pairs(tmp_path / "pairs.csv")
+    assert both.source == pytest.approx(pair.source)
+    assert both.target == pytest.approx(pair.target)
+    for name, role in (("target.csv", "target"), ("source.points", "source")):
+        (one,) = read_landmark_pairs(tmp_path / name, role)
+        assert end_of(one, role) == pytest.approx(end_of(both, role))
+    assert (tmp_path / "target.mrk.json").exists()
+
+
+def test_what_a_format_cannot_hold_is_said(qtbot, window, tmp_path):
+    own_pair(qtbot, window)
+    half_made = edits.add_unplaced(window.session.project, ["later"])
+    window.session.edit("add", half_made)
+    answer_file_dialog(tmp_path / "a.csv", line="OpenSim Creator, both brains (*.csv)")
+    window.actions_by_name["export_landmarks"].trigger()
+    said = window.status.currentMessage()
+    assert "Exported 1 landmark to" in said
+    assert "not placed and left out: 1" in said
 
 
 def test_a_damaged_file_of_landmarks_is_a_sentence_and_changes_nothing(qtbot, window, tmp_path):
