@@ -269,10 +269,10 @@ QUANTITIES = (
     ),
     Quantity(
         "hole",
-        "Curve of the oesophagus",
+        "Oesophagus curve",
         "µm",
         "How far the registered curve around the oesophagus is from the target's, and the target's "
-        "from it",
+        "from it, deep in the brain: cut through it left-right (K) to see the colours",
         _hole,
     ),
     Quantity(

@@ -40,6 +40,8 @@ from flyreg_gui.sliders import SMOOTHING_SCALE, WEIGHT_SCALE, LogSlider
 SELECT_ROWS = (
     QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
 )
+GAP = 8
+"""Pixels between a label and what it names."""
 MANY = 3
 """Up to how many selected landmarks are named."""
 BETWEEN_NUMBERS_MS = 500
@@ -98,6 +100,7 @@ class LandmarksPanel(QWidget):
             "Left: the spline passes through every landmark. Right: it bends less and less."
         )
         smoothing = QHBoxLayout()
+        smoothing.setSpacing(GAP)
         smoothing.addWidget(QLabel("Smoothing"))
         smoothing.addWidget(self.curve_choice)
         smoothing.addStretch(1)
