@@ -15,7 +15,6 @@ import csv
 import io
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 from flyreg_core.errors import LandmarkError
@@ -51,29 +50,38 @@ class LandmarkFormat:
         return self.has_gaps or all(end_of(pair, role) is not None for role in ends)
 
 
+def _for_each_brain(
+    program: str,
+    ending: str,
+    write: Callable[[Path, Sequence[NamedPair], Role], None],
+    *,
+    has_gaps: bool = True,
+    has_flags: bool = True,
+) -> tuple[LandmarkFormat, ...]:
+    def write_one(role: Role) -> Callable[[Path, Sequence[NamedPair]], None]:
+        return lambda path, pairs: write(path, pairs, role)
+
+    return tuple(
+        LandmarkFormat(f"{program}, {role}", ending, role, write_one(role), has_gaps, has_flags)
+        for role in ROLES
+    )
+
+
 FORMATS = (
     LandmarkFormat("BigWarp, both brains", ".csv", None, write_bigwarp),
-    *(
-        LandmarkFormat(f"3D Slicer, {role}", ".mrk.json", role, partial(write_slicer, role=role))
-        for role in ROLES
-    ),
+    *_for_each_brain("3D Slicer", ".mrk.json", write_slicer),
     LandmarkFormat(
-        "OpenSim Creator, both brains", ".csv", None, write_opensim_pairs, False, has_flags=False
+        "OpenSim Creator, both brains",
+        ".csv",
+        None,
+        write_opensim_pairs,
+        has_gaps=False,
+        has_flags=False,
     ),
-    *(
-        LandmarkFormat(
-            *(f"OpenSim Creator, {role}", ".csv", role, partial(write_opensim_points, role=role)),
-            has_gaps=False,
-            has_flags=False,
-        )
-        for role in ROLES
+    *_for_each_brain(
+        "OpenSim Creator", ".csv", write_opensim_points, has_gaps=False, has_flags=False
     ),
-    *(
-        LandmarkFormat(
-            *(f"Fiji, {role}", ".points", role, partial(write_fiji, role=role)), has_flags=False
-        )
-        for role in ROLES
-    ),
+    *_for_each_brain("Fiji", ".points", write_fiji, has_flags=False),
 )
 """All that can be written; the first is the usual one."""
 
