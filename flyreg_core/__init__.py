@@ -28,8 +28,9 @@ weighted spline          thin_plate_spline,      places, weights, lambda -> map 
 boundary, folds          boundary_map, unfold    map -> one-to-one map from strip to strip
 lift, sew                lift, caps              strip -> registered surface, closed
 distances                surface_distance        two surfaces -> mean, RMS, Hausdorff, both ways
-judgement                judgement,              landmarks -> leave-one-out errors, best lambda,
-                         cross_validation        who folds the surface
+judgement                judgement, trade_off,   landmarks -> leave-one-out errors, best lambda,
+                         cross_validation        what it costs, who folds the surface
+seam                     seam                    registered surface -> angle where its halves meet
 report                   report, report_page     what came of it -> report.json, report.html
 =======================  ======================  ==================================================
 

@@ -49,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _inspect(arguments: argparse.Namespace) -> None:
     from flyreg_core.pipeline import Pipeline
-    from flyreg_core.report import inspect_report
+    from flyreg_core.preparation_report import inspect_report
 
     brain = brain_of(arguments.brain, arguments)
     with _Progress() as progress:
@@ -61,8 +61,8 @@ def _prepare(arguments: argparse.Namespace) -> None:
     from flyreg_core.brain_files import check_mesh_place, write_mesh
     from flyreg_core.files import make_folder
     from flyreg_core.pipeline import Pipeline
+    from flyreg_core.preparation_report import prepare_report
     from flyreg_core.progress import within
-    from flyreg_core.report import prepare_report
     from flyreg_core.simplify import simplify
 
     started = time.perf_counter()

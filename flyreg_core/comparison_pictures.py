@@ -7,18 +7,16 @@ from collections.abc import Mapping
 import numpy as np
 from PIL import Image, ImageDraw
 
-from flyreg_core.color_maps import Color
+from flyreg_core.color_maps import SOURCE, TARGET
 from flyreg_core.comparison import Comparison
 from flyreg_core.picture import Picture, axes_of, draw_surface, on_background, view_of
 
 SIZE = (640, 480)
 """Width and height of one picture, pixels."""
-SOURCE_COLOR: Color = (214, 158, 96)
-TARGET_COLOR: Color = (150, 160, 170)
 ACROSS = 4
 """Pictures beside each other on the sheet."""
 LABEL_PLACE, LABEL_SIZE, LABEL_COLOR = (12, 8), 22, (40, 40, 40)
-TARGET = "target"
+NAME_OF_TARGET = "target"
 
 
 def draw_methods(comparison: Comparison) -> dict[str, Picture]:
@@ -29,9 +27,9 @@ def draw_methods(comparison: Comparison) -> dict[str, Picture]:
     surfaces = {row.method: row.surface for row in comparison.rows if row.surface is not None}
     shown = np.concatenate([each.vertices for each in (comparison.target, *surfaces.values())])
     view = view_of(shown, axes_of(comparison.frame, "front"), SIZE)
-    pictures = {TARGET: draw_surface(comparison.target, TARGET_COLOR, view, SIZE)}
+    pictures = {NAME_OF_TARGET: draw_surface(comparison.target, TARGET, view, SIZE)}
     for method, surface in surfaces.items():
-        pictures[method] = draw_surface(surface, SOURCE_COLOR, view, SIZE)
+        pictures[method] = draw_surface(surface, SOURCE, view, SIZE)
     return pictures
 
 

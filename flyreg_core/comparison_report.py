@@ -15,10 +15,11 @@ from flyreg_core.apart import Limits
 from flyreg_core.brain_files import write_mesh
 from flyreg_core.comparison import CANCELLED, Comparison, Row
 from flyreg_core.comparison_pictures import SIZE, draw_methods, on_one_sheet
+from flyreg_core.facts import Facts
 from flyreg_core.files import make_folder, write_atomically
 from flyreg_core.picture import Picture, png_bytes, webp_bytes
 from flyreg_core.project import BrainInput, Unit
-from flyreg_core.report import Facts, distance_report, versions
+from flyreg_core.report import distance_report, versions
 from flyreg_core.report_page import fill_page
 
 TEMPLATE = "comparison_page.html"

@@ -111,18 +111,34 @@ def find_spectrum(sources: Floats, targets: Floats, weights: Floats) -> Spectrum
     return Spectrum(is_used, root, np.maximum(values, 0.0), modes, amounts)
 
 
+def misfits(spectrum: Spectrum, smoothing: float) -> Floats:
+    """Return (n, 2) targets less where the spline takes the sources; NaN if a landmark is not used."""
+    left = _left(spectrum, smoothing)[:, np.newaxis] * spectrum.amounts
+    missed = np.full((len(spectrum.is_used), left.shape[1]), np.nan)
+    missed[spectrum.is_used] = spectrum.modes @ left / spectrum.root_weights[:, np.newaxis]
+    return missed
+
+
+def bending_energy(spectrum: Spectrum, smoothing: float) -> float:
+    """Return w^T K w of the spline, of both coordinates together: how much it bends the plane.
+
+    With the amounts divided by (values + lambda), w is W^1/2 Z of them, and Z^T B Z is diagonal.
+    """
+    total = (spectrum.values + smoothing)[:, np.newaxis]
+    bent = np.divide(spectrum.amounts, total, out=np.zeros_like(spectrum.amounts), where=total > 0)
+    return float(spectrum.values @ (bent**2).sum(axis=1))
+
+
 def leave_one_out(spectrum: Spectrum, smoothing: float) -> Floats:
     """Return (n, 2) targets less where the spline of all others takes the sources; NaN if not used.
 
     One landmark that is left out moves its misfit by 1 / (1 - its leverage): no spline is fitted
     anew. Where nothing is foretold without a landmark, the error is infinite.
     """
-    left = _left(spectrum, smoothing)
-    misfit = spectrum.modes @ (left[:, np.newaxis] * spectrum.amounts)
-    freedom = (spectrum.modes**2) @ left  # 1 less the leverage
-    errors = np.full((len(spectrum.is_used), misfit.shape[1]), np.nan)
+    freedom = (spectrum.modes**2) @ _left(spectrum, smoothing)  # 1 less the leverage
+    errors = misfits(spectrum, smoothing)
     with np.errstate(divide="ignore", invalid="ignore"):
-        own = misfit / freedom[:, np.newaxis] / spectrum.root_weights[:, np.newaxis]
+        own = errors[spectrum.is_used] / freedom[:, np.newaxis]
     errors[spectrum.is_used] = np.where(freedom[:, np.newaxis] > 0, own, np.inf)
     return errors
 

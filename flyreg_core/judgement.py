@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -25,6 +26,7 @@ from flyreg_core.lift import Locators, Registration, WarpedHalf, lift_places
 from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid
 from flyreg_core.mesh import Floats
 from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline
+from flyreg_core.trade_off import TradeOff, find_trade_off, weighted_squares
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +34,7 @@ class Judgement:
     """What the landmarks of a registration tell about each other."""
 
     cross_validation: CrossValidation
+    trade_off: TradeOff  # of the same smoothings
     leave_one_out_um: Mapping[str, float]  # by id of the landmarks in use
     leverage: Mapping[str, float]  # 0 to 1: how far a landmark decides its own place, by id
     folds_by_landmark: Mapping[str, int]  # vertices moved to mend folds, by id of who is nearest
@@ -53,6 +56,7 @@ def judge(
     smoothing.
     """
     spectra: list[Spectrum] = []
+    squares: list[Floats] = []
     errors: dict[str, float] = {}
     shares: dict[str, float] = {}
     folds: Counter[str] = Counter()
@@ -64,27 +68,36 @@ def judge(
         weights = np.array([mark.weight for mark in acting])
         spectrum = find_spectrum(ends[:, 0], ends[:, 1], weights)
         spectra.append(spectrum)
+        points = np.array([mark.target_point for mark in acting])
+        lift = partial(lift_places, half, target, locators.halves[half], surface=surface)
+        squares.append(weighted_squares(spectrum, ends[:, 1], points, lift))
         misses = leave_one_out(spectrum, smoothing)
         for mark, share in zip(acting, leverages(spectrum, smoothing).tolist(), strict=True):
             if mark.weight > 0:
                 shares[mark.pair.id] = max(share, shares.get(mark.pair.id, 0.0))
         known = np.flatnonzero(np.isfinite(misses).all(axis=1))
         foretold = ends[known, 1] - misses[known]
-        there = lift_places(half, target, locators.halves[half], foretold, surface)
-        for number, place in zip(known, there, strict=True):
-            mark = acting[number]
-            error = float(np.linalg.norm(place - mark.target_point))
-            errors[mark.pair.id] = max(error, errors.get(mark.pair.id, 0.0))
+        away = np.linalg.norm(lift(foretold) - points[known], axis=1)
+        for number, error in zip(known.tolist(), away.tolist(), strict=True):
+            name = acting[number].pair.id
+            errors[name] = max(error, errors.get(name, 0.0))
         folded = source.halves[half].plane[registration.halves[half].is_mended]
-        used = [number for number, mark in enumerate(acting) if mark.weight > 0]
-        nearest = np.asarray(KDTree(ends[used, 0]).query(folded)[1])
-        folds.update(acting[used[number]].pair.id for number in nearest.tolist())
+        folds.update(_nearest_ids(acting, ends[:, 0], folded))
         with suppress(LandmarkError):  # targets at one place cannot be told apart on the way back
             back = fit_thin_plate_spline(ends[:, 1], ends[:, 0], weights, smoothing)
             grid, warped = locators.halves[half], registration.halves[half]
             returns.append(_misses(source, target, half, grid, warped, back))
     returned = np.concatenate(returns) if len(returns) == len(HALVES) else np.zeros(0)
-    return Judgement(cross_validate(spectra), errors, shares, dict(folds.most_common()), returned)
+    trade_off = find_trade_off(spectra, squares)
+    by_landmark = dict(folds.most_common())
+    return Judgement(cross_validate(spectra), trade_off, errors, shares, by_landmark, returned)
+
+
+def _nearest_ids(acting: Sequence[PlacedLandmark], sources: Floats, places: Floats) -> list[str]:
+    """Return for each (k, 2) place of the rectangle the id of the nearest landmark in use."""
+    used = [number for number, mark in enumerate(acting) if mark.weight > 0]
+    nearest = np.asarray(KDTree(sources[used]).query(places)[1])
+    return [acting[used[number]].pair.id for number in nearest.tolist()]
 
 
 def _misses(

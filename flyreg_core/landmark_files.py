@@ -13,46 +13,77 @@ from __future__ import annotations
 
 import csv
 import io
-import json
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
-from xml.etree import ElementTree
 
 from flyreg_core.errors import LandmarkError
-from flyreg_core.files import read_text, write_atomically
-from flyreg_core.landmarks import LandmarkPair
-
-Point = tuple[float, float, float]
-Role = Literal["source", "target"]
-
-SLICER_SCHEMA = (
-    "https://raw.githubusercontent.com/Slicer/Slicer/main/Modules/Loadable/Markups/Resources/"
-    "Schema/markups-schema-v1.0.3.json#"
+from flyreg_core.fiji_landmarks import read_fiji, write_fiji
+from flyreg_core.files import read_text
+from flyreg_core.landmark_tables import (
+    read_table,
+    write_bigwarp,
+    write_opensim_pairs,
+    write_opensim_points,
 )
-FCSV_COLUMNS = ["id", "x", "y", "z", "ow", "ox", "oy", "oz", "vis", "sel", "lock", "label"]
-"""What a row of an .fcsv file begins with if no comment says otherwise."""
-UNSET = (math.inf, math.inf, math.inf)
-"""How BigWarp writes a point that has not been placed."""
-LAYOUTS = {
-    8: "name, active, source x, y, z, target x, y, z (BigWarp)",
-    7: "name, source x, y, z, target x, y, z (OpenSim Creator)",
-    6: "source x, y, z, target x, y, z (flybrains)",
-    4: "name, x, y, z (OpenSim Creator, one brain)",
-}
-"""What the columns of a CSV file are, by their number."""
+from flyreg_core.landmarks import LandmarkPair
+from flyreg_core.named_pairs import NamedPair, Point, Role, end_of
+from flyreg_core.slicer_landmarks import read_fcsv, read_json, write_slicer
+
+ROLES: tuple[Role, ...] = ("source", "target")
 
 
 @dataclass(frozen=True)
-class NamedPair:
-    """One landmark of a file, in the file's units; None where an end is not placed."""
+class LandmarkFormat:
+    """A kind of file that landmarks are written to."""
 
-    name: str
-    source: Point | None
-    target: Point | None
-    is_active: bool = True
+    title: str  # for the user
+    ending: str
+    role: Role | None  # whose points it holds; None: pairs
+    write: Callable[[Path, Sequence[NamedPair]], None]
+    has_gaps: bool = True  # it can say that an end is not placed
+    has_flags: bool = True  # it can say that a landmark is not in use
+
+    def holds(self, pair: NamedPair) -> bool:
+        """Tell whether a landmark has a place in such a file."""
+        ends = ROLES if self.role is None else (self.role,)
+        return self.has_gaps or all(end_of(pair, role) is not None for role in ends)
+
+
+def _for_each_brain(
+    program: str,
+    ending: str,
+    write: Callable[[Path, Sequence[NamedPair], Role], None],
+    *,
+    has_gaps: bool = True,
+    has_flags: bool = True,
+) -> tuple[LandmarkFormat, ...]:
+    def write_one(role: Role) -> Callable[[Path, Sequence[NamedPair]], None]:
+        return lambda path, pairs: write(path, pairs, role)
+
+    return tuple(
+        LandmarkFormat(f"{program}, {role}", ending, role, write_one(role), has_gaps, has_flags)
+        for role in ROLES
+    )
+
+
+FORMATS = (
+    LandmarkFormat("BigWarp, both brains", ".csv", None, write_bigwarp),
+    *_for_each_brain("3D Slicer", ".mrk.json", write_slicer),
+    LandmarkFormat(
+        "OpenSim Creator, both brains",
+        ".csv",
+        None,
+        write_opensim_pairs,
+        has_gaps=False,
+        has_flags=False,
+    ),
+    *_for_each_brain(
+        "OpenSim Creator", ".csv", write_opensim_points, has_gaps=False, has_flags=False
+    ),
+    *_for_each_brain("Fiji", ".points", write_fiji, has_flags=False),
+)
+"""All that can be written; the first is the usual one."""
 
 
 def read_landmark_pairs(path: Path, role: Role = "source") -> tuple[NamedPair, ...]:
@@ -61,8 +92,8 @@ def read_landmark_pairs(path: Path, role: Role = "source") -> tuple[NamedPair, .
     Parameters
     ----------
     path : Path
-        A .csv or .txt file in one of `LAYOUTS`, with or without header; a .json file of Slicer or
-        BigWarp; a .fcsv file of Slicer; a .points file of Fiji.
+        A .csv or .txt file in one of `landmark_tables.LAYOUTS`, with or without header; a .json
+        file of Slicer or BigWarp; a .fcsv file of Slicer; a .points file of Fiji.
     role : {"source", "target"}
         Which brain the points belong to if the file holds points of one brain.
 
@@ -74,8 +105,8 @@ def read_landmark_pairs(path: Path, role: Role = "source") -> tuple[NamedPair, .
         The ending is unknown, a row is damaged or repeats a name, or no landmark is in the file.
     """
     readers = {
-        **dict.fromkeys((".csv", ".txt"), _read_csv),
-        **{".json": _read_json, ".fcsv": _read_fcsv, ".points": _read_fiji},
+        **dict.fromkeys((".csv", ".txt"), read_table),
+        **{".json": read_json, ".fcsv": read_fcsv, ".points": read_fiji},
     }
     reader = readers.get(path.suffix.lower())
     if reader is None:
@@ -164,52 +195,6 @@ def to_named_pairs(
     )
 
 
-def write_bigwarp(path: Path, pairs: Iterable[NamedPair]) -> None:
-    """Write pairs as BigWarp reads them: moving is the source, fixed the target.
-
-    Weights have no place in this format; an inactive pair stays inactive.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
-    text = io.StringIO()
-    writer = csv.writer(text, quoting=csv.QUOTE_ALL, lineterminator="\n")
-    for pair in pairs:
-        coordinates = (*(pair.source or UNSET), *(pair.target or UNSET))
-        cells = ("Infinity" if math.isinf(x) else repr(float(x)) for x in coordinates)
-        writer.writerow([pair.name, str(pair.is_active).lower(), *cells])
-    write_atomically(path, text.getvalue())
-
-
-def write_slicer(path: Path, pairs: Iterable[NamedPair], role: Role) -> None:
-    """Write the points of one brain as a Slicer markups file (.mrk.json).
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
-    points = [
-        {
-            "id": str(number),
-            "label": pair.name,
-            "position": list(getattr(pair, role) or (0.0, 0.0, 0.0)),
-            "selected": pair.is_active,
-            "positionStatus": "defined" if getattr(pair, role) else "undefined",
-        }
-        for number, pair in enumerate(pairs, start=1)
-    ]
-    markup = {"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": points}
-    content = {"@schema": SLICER_SCHEMA, "markups": [markup]}
-    write_atomically(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
-
-
-Row = tuple[str, NamedPair]
-"""Where a landmark stands in the file, and the landmark."""
-
-
 def _scaled(place: object, factor: float) -> Point | None:
     if not isinstance(place, tuple):
         return None
@@ -217,183 +202,7 @@ def _scaled(place: object, factor: float) -> Point | None:
     return (x * factor, y * factor, z * factor)
 
 
-def _one_ended(name: str, point: Point | None, role: Role, is_active: bool) -> NamedPair:
-    ends: dict[str, Any] = {"source": None, "target": None, role: point}
-    return NamedPair(name, is_active=is_active, **ends)
-
-
 def _with_target(pair: NamedPair, end: NamedPair | None) -> NamedPair:
     if end is None:
         return pair
     return replace(pair, target=end.target, is_active=pair.is_active and end.is_active)
-
-
-def _read_csv(text: str, path: Path, role: Role) -> list[Row]:
-    rows = [
-        (f"row {number}", [cell.strip() for cell in cells])
-        for number, cells in enumerate(csv.reader(io.StringIO(text, newline="")), start=1)
-        if any(cell.strip() for cell in cells)
-    ]
-    if rows and _is_header(rows[0][1]):
-        rows = rows[1:]
-    if not rows:
-        return []
-    columns = len(rows[0][1])
-    if columns not in LAYOUTS or (columns == 6 and _is_flag(rows[0][1][1])):
-        flat = "; two-dimensional BigWarp landmarks are not read" if columns == 6 else ""
-        raise LandmarkError(
-            f"{path}, {rows[0][0]}: {columns} columns are not expected{flat}; a landmark file has "
-            + ", or ".join(f"{count}: {meaning}" for count, meaning in LAYOUTS.items())
-        )
-    for place, cells in rows:
-        if len(cells) != columns:
-            raise LandmarkError(
-                f"{path}, {place}: {len(cells)} columns instead of {columns}; correct the row or "
-                "delete it"
-            )
-    return [
-        (place, _pair(cells, index, role, f"{path}, {place}"))
-        for index, (place, cells) in enumerate(rows)
-    ]
-
-
-def _pair(cells: Sequence[str], index: int, role: Role, place: str) -> NamedPair:
-    """Return the landmark in a row whose number of columns is known to be one of `LAYOUTS`."""
-    name, is_active = f"Pt-{index}", True
-    if len(cells) != 6:
-        name, *cells = cells
-        if not name:
-            raise LandmarkError(f"{place}: the name is blank; give it one or delete the row")
-    if len(cells) == 7:
-        flag, *cells = cells
-        if not _is_flag(flag):
-            raise LandmarkError(f'{place}: "{flag}" must be true or false')
-        is_active = flag.lower() == "true"
-    points = [_point(cells[start : start + 3], place) for start in range(0, len(cells), 3)]
-    if len(points) == 1:
-        return _one_ended(name, points[0], role, is_active)
-    return NamedPair(name, points[0], points[1], is_active)
-
-
-def _point(cells: Iterable[object], place: str) -> Point | None:
-    x, y, z = (_number(cell, place) for cell in cells)
-    if (abs(x), abs(y), abs(z)) == UNSET:
-        return None
-    if math.inf in (abs(x), abs(y), abs(z)):
-        raise LandmarkError(f"{place}: only a part of a point is infinite; place it or unset it")
-    return (x, y, z)
-
-
-def _number(cell: object, place: str) -> float:
-    if cell is None or not str(cell).strip():
-        raise LandmarkError(f"{place}: a coordinate is blank; fill it in or delete the row")
-    number = _parsed(cell)
-    if math.isnan(number):
-        raise LandmarkError(f'{place}: "{cell}" is not a number; correct it or delete the row')
-    return number
-
-
-def _parsed(cell: object) -> float:
-    try:
-        return float(str(cell))
-    except ValueError:
-        return math.nan
-
-
-def _is_flag(cell: str) -> bool:
-    return cell.lower() in ("true", "false")
-
-
-def _is_header(cells: Sequence[str]) -> bool:
-    """Tell whether no cell beside the name and the flag is a number, even a bad one."""
-    values = [cell for cell in cells[1:] if not _is_flag(cell)]
-    return len(values) == len(cells) - 1 and all(
-        cell and cell.lower() != "nan" and math.isnan(_parsed(cell)) for cell in values
-    )
-
-
-def _read_fcsv(text: str, path: Path, role: Role) -> list[Row]:
-    """Read Slicer's older format: a comment names the columns, and may be behind their number."""
-    columns = FCSV_COLUMNS
-    is_ras = True  # what files of before this was written down are in
-    rows: list[Row] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        key, _, value = line.lstrip("# ").partition("=")
-        if line.startswith("#"):
-            if key.strip() == "CoordinateSystem":
-                is_ras = value.strip() in ("RAS", "0")
-            elif key.strip() == "columns":
-                columns = [column.strip() for column in value.split(",")]
-            continue
-        if not line.strip():
-            continue
-        place = f"row {number}"
-        cells = dict(zip(columns, next(csv.reader([line])), strict=False))
-        point = _point([cells.get(axis) for axis in "xyz"], f"{path}, {place}")
-        name = (cells.get("label") or cells.get("id") or f"F-{len(rows) + 1}").strip()
-        pair = _one_ended(name, _as_lps(point, is_ras), role, cells.get("sel", "1") != "0")
-        rows.append((place, pair))
-    return rows
-
-
-def _as_lps(point: Point | None, is_ras: bool) -> Point | None:
-    return (-point[0], -point[1], point[2]) if point and is_ras else point
-
-
-def _read_fiji(text: str, path: Path, role: Role) -> list[Row]:
-    """Read what Fiji's Name Landmarks writes: names that are placed or not, in the world's units."""
-    try:
-        named = list(ElementTree.fromstring(text).iter("pointworld"))
-    except ElementTree.ParseError as error:
-        raise LandmarkError(f"{path} is damaged ({error}); export it again") from error
-    rows: list[Row] = []
-    for number, point in enumerate(named, start=1):
-        place, cells = f"point {number}", [point.get(axis) for axis in "xyz"]
-        position = _point(cells, f"{path}, {place}") if point.get("set") != "false" else None
-        name = (point.get("name") or f"F-{number}").strip()
-        rows.append((place, _one_ended(name, position, role, True)))
-    return rows
-
-
-def _read_json(text: str, path: Path, role: Role) -> list[Row]:
-    try:
-        content = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise LandmarkError(f"{path} is damaged ({error}); export it again") from error
-    try:
-        if "markups" in content:
-            return _read_slicer(content, path, role)
-        return _read_bigwarp_json(content.get("landmarks", content), path)
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
-        raise LandmarkError(
-            f"{path} is neither a Slicer markups file nor a BigWarp landmark file, or is damaged "
-            f"({type(error).__name__}: {error}); export it again"
-        ) from error
-
-
-def _read_slicer(content: dict[str, Any], path: Path, role: Role) -> list[Row]:
-    rows: list[Row] = []
-    for markup in content["markups"]:
-        is_ras = markup.get("coordinateSystem", "LPS") in ("RAS", "0", 0)
-        for point in markup["controlPoints"]:
-            place = f"point {len(rows) + 1}"
-            is_placed = point.get("positionStatus", "defined") == "defined"
-            position = _point(point["position"], f"{path}, {place}") if is_placed else None
-            name = str(point.get("label") or point.get("id") or f"F-{len(rows) + 1}").strip()
-            is_active = bool(point.get("selected", True))
-            rows.append((place, _one_ended(name, _as_lps(position, is_ras), role, is_active)))
-    return rows
-
-
-def _read_bigwarp_json(content: dict[str, Any], path: Path) -> list[Row]:
-    if content["numDimensions"] != 3:
-        raise LandmarkError(
-            f"{path} holds landmarks in {content['numDimensions']} dimensions, not 3"
-        )
-    columns = (content[key] for key in ("names", "active", "movingPoints", "fixedPoints"))
-    rows: list[Row] = []
-    for name, is_active, source, target in zip(*columns, strict=True):
-        place = f"point {len(rows) + 1}"
-        moving, fixed = (_point(end, f"{path}, {place}") for end in (source, target))
-        rows.append((place, NamedPair(str(name).strip(), moving, fixed, bool(is_active))))
-    return rows

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from flyreg_core.facts import Facts
 from flyreg_core.point_files import PointPairs
-from flyreg_core.report import Facts, register_report
+from flyreg_core.report import register_report
 from flyreg_core.results import Results
 from flyreg_core.transform import REACH_UM, carry
 

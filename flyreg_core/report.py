@@ -15,134 +15,25 @@ import numpy as np
 
 from flyreg_core import topology
 from flyreg_core.alignment import Alignment
-from flyreg_core.brain_files import input_facts, voxel_edge_um, write_mesh
+from flyreg_core.brain_files import voxel_edge_um, write_mesh
+from flyreg_core.facts import Facts
 from flyreg_core.files import write_atomically
-from flyreg_core.frame import BrainFrame
-from flyreg_core.handles import Handle
 from flyreg_core.judgement import Judgement
 from flyreg_core.landmarks import HALVES
-from flyreg_core.mesh import FlatMesh, Floats, Integers, SurfaceMesh
+from flyreg_core.mesh import FlatMesh, Floats, Integers
 from flyreg_core.orientation import orientations, signed_areas
-from flyreg_core.progress import Report
-from flyreg_core.project import BrainInput, Project
+from flyreg_core.preparation_report import handle_facts, pose_facts, simplified_facts
+from flyreg_core.project import Project
 from flyreg_core.results import PreparedBrain, Results
-from flyreg_core.simplify import Simplified
+from flyreg_core.seam import AlongCurve, examine_seam
 from flyreg_core.surface_distance import (
     PERCENTILES,
     Distances,
     DistanceSummary,
-    distances_to_surface,
 )
-from flyreg_core.torus import ORIGINS, Torus
+from flyreg_core.vertex_properties import vertex_status, weight_influence
 
 LIBRARIES = ("flyreg", "numpy", "scipy", "numba", "libigl", "manifold3d", "trimesh")
-INFLUENCE_WIDTH = 0.2
-"""Width in the rectangle over which a landmark's weight is shown to fade."""
-MOST_FILLINGS = 50
-"""As many of the filled places are listed, the largest first."""
-STATUS = {"by the spline": 0, "on a curve": 1, "fold mended": 2, "on a cap": 3}
-"""Values of the registered mesh's property `status`: how each vertex got its place."""
-
-Facts = dict[str, object]
-
-
-def inspect_report(brain: BrainInput, raw: SurfaceMesh, torus: Torus) -> Facts:
-    """Return what an input is, and the handles found in its main brain."""
-    open_edges, non_manifold = topology.count_open_and_non_manifold_edges(raw.faces)
-    used = np.unique(raw.faces)
-    components = len(np.unique(topology.component_of_vertex(raw.faces, len(raw.vertices))[used]))
-    is_closed = topology.is_closed(raw.faces)
-    return {
-        "name": brain.name,
-        "kind": brain.kind,
-        **input_facts(brain),
-        "unit": brain.unit,
-        "unit_known_by": brain.unit_known_by,
-        "vertices": len(raw.vertices),
-        "faces": len(raw.faces),
-        "components": components,
-        "genus": topology.genus(raw.faces) if is_closed else None,
-        "open_edges": open_edges,
-        "non_manifold_edges": non_manifold,
-        "extent_um": [float(length) for length in np.ptp(raw.vertices, axis=0)],
-        "pose": _pose(torus.frame),
-        "trim_um": {"right": torus.planes.right, "left": torus.planes.left},
-        "handles": [_handle(handle) for handle in torus.handles],
-    }
-
-
-def _pose(frame: BrainFrame) -> Facts:
-    left, ventral, posterior = (list(map(float, axis)) for axis in frame.axes)
-    return {
-        "center_um": list(map(float, frame.origin)),
-        "left": left,
-        "ventral": ventral,
-        "posterior": posterior,
-        "is_mirrored": frame.is_mirrored,
-    }
-
-
-def _handle(handle: Handle) -> Facts:
-    return {
-        "center_um": list(handle.center_um),
-        "width_um": handle.width_um,
-        "direction": list(handle.direction),
-        "is_near_midline": handle.is_near_midline,
-        "is_candidate": handle.is_candidate,
-        "is_oesophagus": handle.is_oesophagus,
-    }
-
-
-def prepare_report(raw: SurfaceMesh, torus: Torus, simplified: Simplified, report: Report) -> Facts:
-    """Return what a prepared main brain is, and how far it leaves the original surface."""
-    surface = simplified.surface
-    away = distances_to_surface(surface.vertices, raw, report)
-    origin = torus.origin_of_vertex[torus.nearest_vertices(surface.vertices)]
-    kept = away[origin == ORIGINS.index("original")]
-    handle = torus.oesophagus
-    return {
-        "vertices": len(surface.vertices),
-        "faces": len(surface.faces),
-        "components": len(np.unique(topology.component_of_vertex(surface.faces))),
-        "genus": topology.genus(surface.faces),
-        "watertight": topology.is_closed(surface.faces),
-        "diagonal_um": surface.diagonal,
-        "deviation": {
-            "mean_um": float(kept.mean()),
-            "p99_um": float(np.percentile(kept, 99)),
-            "max_um": float(kept.max()),
-            "share_of_vertices": len(kept) / len(away),
-            "untrimmed_mean_um": float(away[origin != ORIGINS.index("trimmed")].mean()),
-        },
-        "handle": {
-            "center_um": list(handle.center_um),
-            "width_um": handle.width_um,
-            "chosen_by": torus.chosen_by,
-            "is_guess": torus.is_guess,
-        },
-        "pose": _pose(torus.frame),
-        "trim_um": {"right": torus.planes.right, "left": torus.planes.left},
-        "filled_um3": torus.filled_um3,
-        "drilled_um3": torus.drilled_um3,
-        "fillings": [
-            {"center_um": list(filling.center_um), "volume_um3": filling.volume_um3}
-            for filling in torus.fillings[:MOST_FILLINGS]
-        ],
-        "vertices_by_origin": {
-            name: int((origin == number).sum()) for number, name in enumerate(ORIGINS)
-        },
-        "simplified": _simplified(torus, simplified),
-    }
-
-
-def _simplified(torus: Torus, simplified: Simplified) -> Facts:
-    return {
-        "vertices_before": len(torus.surface.vertices),
-        "vertices": len(simplified.surface.vertices),
-        "mean_distance_um": simplified.mean_distance_um,
-        "largest_distance_um": simplified.largest_distance_um,
-        "area_share": simplified.area_share,
-    }
 
 
 def register_report(results: Results) -> Facts:
@@ -155,6 +46,7 @@ def register_report(results: Results) -> Facts:
         "target": _brain(results.target),
         "alignment": _alignment(results.alignment),
         "halves": {half: _half(results, half) for half in HALVES},
+        "seam": _seam(results),
         "flipped_on_caps": results.registration.flipped_on_caps,
         "watertight": topology.is_closed(results.registration.surface.faces),
         "landmarks": {
@@ -168,6 +60,7 @@ def register_report(results: Results) -> Facts:
         "displacement_beyond_affine": _displacement(results),
         "smoothing": project.smoothing,
         "smoothing_by_cross_validation": _cross_validation(judgement, project.smoothing),
+        "residual_against_bending": _trade_off(judgement, project.smoothing),
         "pairing": project.boundary.pairing,
         "parameters": _parameters(project),
         "warnings": list(results.warnings),
@@ -235,10 +128,10 @@ def _brain(prepared: PreparedBrain) -> Facts:
         "unit": brain.unit,
         "unit_known_by": brain.unit_known_by,
         "vertices": len(prepared.surface.vertices),
-        "simplified": _simplified(prepared.torus, prepared.simplified),
-        "pose": _pose(prepared.frame),
+        "simplified": simplified_facts(prepared.torus, prepared.simplified),
+        "pose": pose_facts(prepared.frame),
         "trim_um": {"right": prepared.torus.planes.right, "left": prepared.torus.planes.left},
-        "oesophagus": _handle(prepared.torus.oesophagus),
+        "oesophagus": handle_facts(prepared.torus.oesophagus),
     }
 
 
@@ -251,6 +144,28 @@ def _half(results: Results, half: str) -> Facts:
         "flipped_after_spline": warped.flipped,
         "gap_um": warped.gap_um,
         "certificate": _certificate(warped.flat),
+    }
+
+
+def _seam(results: Results) -> Facts:
+    seam = examine_seam(results)
+
+    def summary(values: AlongCurve, unit: str) -> Facts:
+        return {
+            f"mean_{unit}": values.mean,
+            f"p95_{unit}": values.p95,
+            f"max_{unit}": values.largest,
+        }
+
+    return {
+        "angle": {
+            "registered": summary(seam.registered_degrees, "degrees"),
+            "target": summary(seam.target_degrees, "degrees"),
+        },
+        "hole_curve": {
+            "source_to_target": summary(seam.hole_to_target_um, "um"),
+            "target_to_source": summary(seam.hole_from_target_um, "um"),
+        },
     }
 
 
@@ -298,6 +213,21 @@ def _cross_validation(judgement: Judgement | None, smoothing: float) -> Facts | 
         "suggested": curve.advise(smoothing).smoothing,
         "smoothings": [float(value) for value in curve.smoothings],
         "scores": [float(value) for value in curve.scores],
+    }
+
+
+def _trade_off(judgement: Judgement | None, smoothing: float) -> Facts | None:
+    """Return what the landmarks' residual costs in bending energy, at lambda and at all others."""
+    if judgement is None:
+        return None
+    curve = judgement.trade_off
+    residual, energy = curve.at(smoothing)
+    return {
+        "residual_rms_um": residual,
+        "bending_energy": energy,
+        "smoothings": [float(value) for value in curve.smoothings],
+        "residuals_rms_um": [float(value) for value in curve.residuals_um],
+        "bending_energies": [float(value) for value in curve.energies],
     }
 
 
@@ -374,28 +304,3 @@ def write_registered(path: Path, results: Results) -> None:
     }
     unit = results.project.target.input.unit
     write_mesh(path, results.registration.surface, unit, properties)
-
-
-def weight_influence(results: Results) -> Floats:
-    """Return for each vertex the landmarks' weights, faded with distance in the rectangle."""
-    influence = np.zeros(len(results.source.surface.vertices))
-    for half in HALVES:
-        flat = results.source.halves[half]
-        for mark in results.landmarks:
-            if half in mark.plane and mark.weight > 0:
-                away = np.linalg.norm(flat.plane - mark.plane[half][0], axis=1) / INFLUENCE_WIDTH
-                influence[flat.vertex_of] += mark.weight * np.exp(-(away**2) / 2)
-    return influence
-
-
-def vertex_status(results: Results) -> Integers:
-    """Return for each vertex of the registered mesh how it got its place, as `STATUS` numbers it."""
-    status = np.full(len(results.source.surface.vertices), STATUS["on a cap"])
-    for half in HALVES:
-        flat, warped = results.source.halves[half], results.registration.halves[half]
-        status[flat.vertex_of] = np.where(
-            warped.is_mended, STATUS["fold mended"], STATUS["by the spline"]
-        )
-    for curve in results.source.flat.curves.values():
-        status[curve.vertices] = STATUS["on a curve"]
-    return status

@@ -19,9 +19,9 @@ from markupsafe import Markup
 
 from flyreg_core.chart import Axis, Line, Mark, Panel, draw_panels
 from flyreg_core.color_maps import VIRIDIS
+from flyreg_core.facts import Facts
 from flyreg_core.files import write_atomically
 from flyreg_core.progress import Report, ignore
-from flyreg_core.report import Facts
 from flyreg_core.report_pictures import Figure, make_figures
 from flyreg_core.results import Results
 
@@ -77,7 +77,7 @@ def render(facts: Mapping[str, Any], figures: Sequence[Figure], project_file: st
         facts,
         figures=figures,
         worst=_worst_landmarks(facts["landmark_list"]),
-        curve=Markup(_curve(facts)),
+        curves=_curves(facts),
         anchors=["#{:02x}{:02x}{:02x}".format(*color) for color in VIRIDIS.anchors],
         command=shlex.join(command),
     )
@@ -145,22 +145,43 @@ def _worst_landmarks(landmarks: Sequence[Mapping[str, Any]]) -> list[int]:
     return known[:WORST_LANDMARKS]
 
 
-def _curve(facts: Mapping[str, Any]) -> str:
-    """Return the cross-validation of lambda as a picture; nothing if there is none."""
-    known = facts["smoothing_by_cross_validation"]
-    if known is None:
-        return ""
+def _curves(facts: Mapping[str, Any]) -> list[Markup]:
+    """Return the two curves of lambda as pictures; none if they are not known."""
+    foretold, bending = facts["smoothing_by_cross_validation"], facts["residual_against_bending"]
+    if foretold is None:
+        return []
+    panels = (
+        _foretold_panel(foretold, facts["smoothing"]),
+        _bending_panel(bending, foretold["suggested"]),
+    )
+    return [Markup(draw_panels([panel], ink="currentColor")) for panel in panels]
+
+
+def _foretold_panel(known: Mapping[str, Any], smoothing: float) -> Panel:
     marks = [] if known["suggested"] is None else [Mark(known["suggested"], "suggested")]
-    if facts["smoothing"] > 0:
-        marks.append(Mark(facts["smoothing"], "used"))
-    panel = Panel(
+    if smoothing > 0:
+        marks.append(Mark(smoothing, "used"))
+    return Panel(
         "How badly landmarks are foretold by the others",
         (Line("score", tuple(known["smoothings"]), tuple(known["scores"])),),
         Axis("smoothing λ", is_logarithmic=True),
         Axis("score", is_logarithmic=True),
         tuple(marks),
     )
-    return draw_panels([panel], ink="currentColor")
+
+
+def _bending_panel(known: Mapping[str, Any], suggested: float | None) -> Panel:
+    residuals, energies = known["residuals_rms_um"], known["bending_energies"]
+    marks = [Mark(known["residual_rms_um"], "used")]
+    if suggested is not None:
+        marks.insert(0, Mark(residuals[known["smoothings"].index(suggested)], "suggested"))
+    return Panel(
+        "What a small residual costs in bending",
+        (Line("bending energy", tuple(residuals), tuple(energies)),),
+        Axis("residual of the spline, RMS, µm (λ grows to the right)"),
+        Axis("bending energy wᵀKw"),
+        tuple(marks),
+    )
 
 
 def _data_uri(webp: bytes) -> str:

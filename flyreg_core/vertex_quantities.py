@@ -9,13 +9,20 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from flyreg_core.affine import best_affine
+from flyreg_core.correspondence import FlatBrain
 from flyreg_core.distortion import log_area_ratios, log_dilatations, to_vertices
 from flyreg_core.landmarks import HALVES
-from flyreg_core.mesh import Floats, SurfaceMesh
+from flyreg_core.mesh import Floats, Integers, SurfaceMesh
 from flyreg_core.progress import Report, within
-from flyreg_core.report import STATUS, vertex_status, weight_influence
 from flyreg_core.results import Results
+from flyreg_core.seam import (
+    angles_across_seam,
+    distances_to_chain,
+    hole_chain,
+    seam_vertices,
+)
 from flyreg_core.surface_distance import distances_of_vertices
+from flyreg_core.vertex_properties import STATUS, vertex_status, weight_influence
 
 ROBUST = 98.0
 """Colours span this many per cent of the values; those beyond have the colours of the ends."""
@@ -24,7 +31,7 @@ LEAST_FACTOR = float(np.log2(1.1))
 TINIEST = 1e-9
 BINS = 60
 SEAM_STRIP = 0.008
-"""Half the width of the strip along the curves that shows the seam gap, in diagonals."""
+"""Half the width of the strip along curves that shows their values, in diagonals."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +51,7 @@ class Quantity:
 
     name: str
     title: str
-    unit: str  # "µm", "×" for logarithms to base 2 of a factor, "" for plain numbers
+    unit: str  # "µm", "°", "×" for logarithms to base 2 of a factor, "" for plain numbers
     meaning: str
     compute: Compute
     is_signed: bool = False
@@ -140,16 +147,49 @@ def _relative(values: Floats, areas: Floats, measure: Callable[[Floats, Floats],
 
 
 def _seam(results: Results, report: Report) -> VertexValues:
-    """Return the gap at the curves' vertices, in a strip beside them wide enough to be seen."""
     surface, curves = results.source.surface, results.source.flat.curves
     gaps = np.zeros(len(surface.vertices))
     for half in HALVES:
         for key, own in results.registration.halves[half].gaps_um.items():
             np.maximum.at(gaps, curves[key].vertices, own)
     along = np.unique(np.concatenate([curve.vertices for curve in curves.values()]))
+    return VertexValues(_beside(surface, along, gaps[along]))
+
+
+def _seam_angle(results: Results, report: Report) -> VertexValues:
+    source, target = results.source, results.target
+    moved = results.registration.surface
+    return VertexValues(
+        _beside(moved, seam_vertices(source.flat), angles_across_seam(moved.vertices, source.flat)),
+        _beside(
+            target.surface,
+            seam_vertices(target.flat),
+            angles_across_seam(target.surface.vertices, target.flat),
+        ),
+    )
+
+
+def _hole(results: Results, report: Report) -> VertexValues:
+    source, target = results.source.flat, results.target.flat
+    moved, fixed = results.registration.surface, results.target.surface
+    own, other = hole_chain(moved.vertices, source), hole_chain(fixed.vertices, target)
+    return VertexValues(
+        _beside_hole(moved, source, distances_to_chain(own, other)),
+        _beside_hole(fixed, target, distances_to_chain(other, own)),
+    )
+
+
+def _beside_hole(surface: SurfaceMesh, brain: FlatBrain, away: Floats) -> Floats:
+    """Return the distances of the hole's (c - 1,) edges, at each vertex the larger of its two."""
+    return _beside(
+        surface, brain.curves["hole", None].vertices[:-1], np.maximum(away, np.roll(away, 1))
+    )
+
+
+def _beside(surface: SurfaceMesh, along: Integers, values: Floats) -> Floats:
+    """Return (k,) values of vertices in a strip beside them wide enough to be seen, else NaN."""
     away, nearest = KDTree(surface.vertices[along]).query(surface.vertices)
-    beside = away <= SEAM_STRIP * surface.diagonal
-    return VertexValues(np.where(beside, gaps[along[nearest]], np.nan))
+    return np.where(away <= SEAM_STRIP * surface.diagonal, values[nearest], np.nan)
 
 
 def _influence(results: Results, report: Report) -> VertexValues:
@@ -218,6 +258,22 @@ QUANTITIES = (
         "µm",
         "How far sewing the halves moved their curves along the target, from where each alone would go",
         _seam,
+    ),
+    Quantity(
+        "seam_angle",
+        "Seam angle",
+        "°",
+        "By how much each surface turns where the two halves meet, within 5 µm to both sides: where "
+        "the registered one turns more than the target, the seam is a kink",
+        _seam_angle,
+    ),
+    Quantity(
+        "hole",
+        "Oesophagus curve",
+        "µm",
+        "How far the registered curve around the oesophagus is from the target's, and the target's "
+        "from it, deep in the brain: cut through it left-right (K) to see the colours",
+        _hole,
     ),
     Quantity(
         "whole_area",

@@ -12,11 +12,11 @@ from flyreg_core.comparison import Comparison, Row, compare
 from flyreg_core.comparison_pictures import draw_methods
 from flyreg_core.comparison_report import comparison_report, write_comparison
 from flyreg_core.errors import Cancelled
+from flyreg_core.facts import Facts
 from flyreg_core.picture import Picture
 from flyreg_core.point_files import read_point_pairs_um
 from flyreg_core.progress import Report, within
 from flyreg_core.project import Project, Unit
-from flyreg_core.report import Facts
 
 
 @dataclass(frozen=True)

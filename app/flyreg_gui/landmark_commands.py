@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,14 +14,15 @@ from flyreg_core import edits, mesh_formats
 from flyreg_core.brain_files import UM_PER_UNIT
 from flyreg_core.errors import FlyregError
 from flyreg_core.landmark_files import (
+    FORMATS,
+    LandmarkFormat,
     read_landmark_pairs,
     read_template,
     to_landmark_pairs,
     to_named_pairs,
-    write_bigwarp,
-    write_slicer,
 )
 from flyreg_core.landmarks import LandmarkPair
+from flyreg_core.named_pairs import NamedPair
 from flyreg_core.neuropils import near_neuropil, near_place, open_neuropils
 from flyreg_core.project import Project, Role
 from flyreg_core.twins import twin_of
@@ -36,11 +37,7 @@ if TYPE_CHECKING:
 LANDMARK_FILTER = "Landmarks (*.csv *.txt *.json *.fcsv *.points);;All files (*)"
 TEMPLATE_FILTER = "Lists of names (*.txt *.csv);;All files (*)"
 NEUROPIL_FILTER = f"Surfaces ({' '.join('*' + end for end in mesh_formats.ENDINGS)});;All files (*)"
-BIGWARP = "BigWarp, both brains (*.csv)"
-SLICER: dict[str, Role] = {
-    "3D Slicer, source (*.mrk.json)": "source",
-    "3D Slicer, target (*.mrk.json)": "target",
-}
+EXPORT_FILTERS = {f"{kind.title} (*{kind.ending})": kind for kind in FORMATS}
 LARGEST_FACTOR_WEIGHT = 1e6
 
 
@@ -196,28 +193,23 @@ class LandmarkCommands:
         project = self._session.project
         if project is None:
             return
-        filters = ";;".join([BIGWARP, *SLICER])
         suggestion = Path(self._window.preferences.folder) / "landmarks.csv"
         text, chosen = QFileDialog.getSaveFileName(
-            self._window, "Export landmarks", str(suggestion), filters
+            self._window, "Export landmarks", str(suggestion), ";;".join(EXPORT_FILTERS)
         )
         if not text:
             return
         units = (project.source.input.unit, project.target.input.unit)
         named = to_named_pairs(project.pairs, *(UM_PER_UNIT[unit] for unit in units))
-        path = Path(text)
+        kind = _kind_to_write(EXPORT_FILTERS.get(chosen, FORMATS[0]), Path(text))
+        path = _with_ending(Path(text), kind.ending)
         try:
-            if chosen in SLICER or path.name.endswith(".json"):
-                path = path if path.name.endswith(".json") else path.with_suffix(".mrk.json")
-                write_slicer(path, named, SLICER.get(chosen, "source"))
-            else:
-                write_bigwarp(path if path.suffix else path.with_suffix(".csv"), named)
+            kind.write(path, named)
         except (FlyregError, OSError) as error:
             self._window.show_problem(sentence_for(error))
             return
-        left_out = sum(pair.kind != "interior" for pair in project.pairs)
-        also = f"; {left_out} on curves stay in the project" if left_out else ""
-        self._window.say(f"Exported {len(named)} landmarks to {path}{also}")
+        on_curves = sum(pair.kind != "interior" for pair in project.pairs)
+        self._window.say(_exported_in_words(named, kind, path, on_curves))
 
     def add_template(self, path: Path | None = None) -> None:
         """Add the names of a list as landmarks that are to be placed one after the other."""
@@ -292,6 +284,35 @@ class LandmarkCommands:
     def _pairs(self) -> list[LandmarkPair]:
         model = self._window.landmarks.model
         return [model.pair(row) for row in range(model.rowCount())]
+
+
+def _kind_to_write(chosen: LandmarkFormat, path: Path) -> LandmarkFormat:
+    """Return the format that was chosen, or that of the name's ending if the usual one was left."""
+    fitting = [kind for kind in FORMATS if path.suffix.lower() == Path(f"a{kind.ending}").suffix]
+    is_left = chosen is FORMATS[0] and chosen not in fitting
+    return fitting[0] if is_left and fitting else chosen
+
+
+def _with_ending(path: Path, ending: str) -> Path:
+    """Return a path with the last part of an ending, or with all of it in place of another one."""
+    is_right = path.suffix.lower() == Path(f"a{ending}").suffix
+    return path if is_right else path.with_suffix(ending)
+
+
+def _exported_in_words(
+    named: Sequence[NamedPair], kind: LandmarkFormat, path: Path, on_curves: int
+) -> str:
+    """Say how many landmarks were written, and what the file does not tell."""
+    written = [pair for pair in named if kind.holds(pair)]
+    count = "1 landmark" if len(written) == 1 else f"{len(written)} landmarks"
+    texts = [f"Exported {count} to {path}"]
+    if lacking := len(named) - len(written):
+        texts.append(f"not placed and left out: {lacking}")
+    if not kind.has_flags and (unused := sum(not pair.is_active for pair in written)):
+        texts.append(f"not in use, which the file cannot say: {unused}")
+    if on_curves:
+        texts.append(f"{on_curves} on curves stay in the project")
+    return "; ".join(texts)
 
 
 def _near_in_words(count: int, place: str, reach_um: float, factor: float) -> str:

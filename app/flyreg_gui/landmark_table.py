@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
@@ -31,6 +32,8 @@ OUTLYING = 5.0
 """A leave-one-out error so many times as far from the median as is usual stands out."""
 LEAST_SUSPICIOUS_UM = 5.0
 """An error below this never stands out: a fly's brain is some 300 um wide."""
+LONGEST_NUMBER = 20
+"""Digits of the longest number in a name that is sorted by its value."""
 
 
 class Column(IntEnum):
@@ -288,9 +291,9 @@ class LandmarkTable(QAbstractTableModel):
     def _sort_key(self, row: Row, column: Column) -> Any:
         match column:
             case Column.NAME:
-                return row.pair.name
+                return naturally(row.pair.name)
             case Column.PLACE:
-                return row.place
+                return naturally(f"{row.place} {row.pair.name}")
             case Column.WEIGHT:
                 return row.pair.weight
         number = self._judged.number(column, row.pair.id)
@@ -348,6 +351,11 @@ def _tip(row: Row) -> str:
     inverse = f"W⁻¹ entry {1 / weight:.4g}"
     muted = "; muted, so it does not pull" if row.is_muted else ""
     return f"{row.pair.name} ({row.place}): weight {format_weight(weight)}, {inverse}{muted}"
+
+
+def naturally(name: str) -> str:
+    """Return a name as it is sorted: by the numbers in it, "upper 2" before "upper 10"."""
+    return re.sub(r"\d+", lambda digits: digits[0].zfill(LONGEST_NUMBER), name.casefold())
 
 
 def format_weight(weight: float) -> str:

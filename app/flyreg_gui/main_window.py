@@ -9,27 +9,26 @@ from PySide6.QtGui import QCloseEvent, QPixmap
 from PySide6.QtWidgets import (
     QAbstractButton,
     QComboBox,
-    QDockWidget,
     QMainWindow,
     QMenu,
     QSlider,
     QStackedWidget,
-    QUndoView,
     QVBoxLayout,
     QWidget,
 )
 
 from flyreg_core import edits
-from flyreg_core.errors import TopologyError
 from flyreg_core.pipeline import Pipeline
 from flyreg_core.project import Project
 from flyreg_core.results import Results
-from flyreg_gui.actions import enable_actions, make_actions
+from flyreg_gui.actions import enable_actions, make_actions, needs_met
 from flyreg_gui.autosave import Autosave
-from flyreg_gui.blink import NAMES, Blink
+from flyreg_gui.banner_news import BannerNews
+from flyreg_gui.blink import Blink
 from flyreg_gui.carried_neuropils import CarriedNeuropils
 from flyreg_gui.comparison_dialog import ComparisonCommand
 from flyreg_gui.dock_icons import show_dock_icons
+from flyreg_gui.docks import make_docks
 from flyreg_gui.drill_mode import DrillMode
 from flyreg_gui.drops import Drops
 from flyreg_gui.files import FileCommands
@@ -63,7 +62,7 @@ from flyreg_gui.taking_away import TakingAway
 from flyreg_gui.theme import Scheme, Theme, current_theme, set_scheme
 from flyreg_gui.tour import Tour
 from flyreg_gui.trim_mode import TrimMode
-from flyreg_gui.tunnels import Tunnels, guess_of
+from flyreg_gui.tunnels import Tunnels
 from flyreg_gui.typing_first import TypingFirst
 from flyreg_gui.view_commands import ViewCommands
 from flyreg_gui.view_state import read_view_state, view_state
@@ -76,29 +75,6 @@ BLEND_AT_FIRST = 20
 
 USUAL_SIZE = (1400, 900)
 """Of the window as it first opens, where the screen is large enough."""
-
-HISTORY_HEIGHT = 150
-"""Pixels, enough for the last changes beside the steps."""
-
-SHORT_TEXTS = {
-    "trim": "Trim and cut",
-    "tunnels": "Tunnels",
-    "undo": "Undo",
-    "redo": "Redo",
-    "screenshot": "Picture of the window",
-    "picture_of_views": "Picture of all views",
-    "picture_of_view": "Picture of the current view",
-    "turn": "Turning picture",
-    "from_front": "Look from the front",
-    "from_back": "Look from behind",
-    "from_left": "Look from the left",
-    "from_right": "Look from the right",
-    "from_top": "Look from above",
-    "from_bottom": "Look from below",
-}
-"""What actions are called outside their menu, where the text there is too long, short, or changes."""
-
-SHOW_TUNNELS = "Show the tunnels"
 
 
 class MainWindow(QMainWindow):
@@ -144,18 +120,15 @@ class MainWindow(QMainWindow):
         self.landmarks = LandmarksPanel(self.session, self.selection)
         self.judge = JudgePanel(self.judging, self.coloring)
         self.banner, self.start = Banner(), StartPage()
+        BannerNews(self.session, self.tunnels, self.banner, self)
         self.fold_alarm = FoldAlarm(self.session)
         self.blend = QSlider(Qt.Orientation.Horizontal)
         self.actions_by_name = make_actions(self)
-        self._shown_failure: object = None
-        self._shown_guess: object = None
         self._theme: Theme | None = None  # before the first one is shown
         self._unread_view = False  # of a project whose first results are still to come
         self._make_center()
-        self._make_docks()
+        self.docks = make_docks(self)
         self.menus = Menus(self)
-        for name, short in SHORT_TEXTS.items():
-            self.actions_by_name[name].setIconText(short)
         self.keymap = Keymap(self.actions_by_name, self.preferences)
         self._tools = make_toolbar(self)
         self.tour = Tour(self)
@@ -193,44 +166,17 @@ class MainWindow(QMainWindow):
         center.setFocus()  # not the first button, which would take Space
         self.start.show_recent(self.preferences.recent_projects, self.preferences.recent_pairs)
 
-    def _make_docks(self) -> None:
-        self.docks = []
-        self.history = QUndoView(self.session.undo_stack)
-        self.history.setEmptyLabel("As opened")
-        self.history.setMinimumHeight(HISTORY_HEIGHT)
-        self.history.setAccessibleName("History of changes")
-        self.history.setToolTip("Click a state to go back or forth to it")
-        for title, widget, area in (
-            ("Steps", self.steps, Qt.DockWidgetArea.LeftDockWidgetArea),
-            ("Landmarks", self.landmarks, Qt.DockWidgetArea.RightDockWidgetArea),
-            ("History", self.history, Qt.DockWidgetArea.LeftDockWidgetArea),
-            ("Judge", self.judge, Qt.DockWidgetArea.RightDockWidgetArea),
-        ):
-            dock = QDockWidget(title, self)
-            dock.setObjectName(title)
-            dock.setWidget(widget)
-            dock.topLevelChanged.connect(lambda _on, dock=dock: self._show_icons_of(dock))
-            self.addDockWidget(area, dock)
-            self.docks.append(dock)
-        steps, landmarks, history, judge = self.docks
-        history.hide()
-        self.tabifyDockWidget(landmarks, judge)
-        landmarks.raise_()
-        self.resizeDocks([steps, landmarks], [265, 470], Qt.Orientation.Horizontal)
-
     def _connect(self) -> None:
         session, files = self.session, self.files
         session.state_changed.connect(self._show_state)
         session.project_changed.connect(self._on_project)
         session.results_changed.connect(self._on_results)
-        session.results_changed.connect(self._on_guess)
         self.tunnels.changed.connect(self._on_tunnels)
         self.judging.chosen_changed.connect(self._on_judging_chosen)
         self.judging.changed.connect(
             lambda: self.blend.setDisabled(self.judging.is_of_source_alone)
         )
         self.coloring.colored.connect(self.landmarks.model.show_colors)
-        self.banner.asked.connect(self._on_help_asked)
         self.steps.tunnels.drill_asked.connect(self.actions_by_name["drill"].toggle)
         self.autosave.set_seconds(self.preferences.autosave_seconds)
         self.autosave.failed.connect(self.show_problem)
@@ -379,20 +325,6 @@ class MainWindow(QMainWindow):
     def _on_judging_chosen(self, name: str) -> None:
         self.actions_by_name["origins"].setChecked(name == ORIGINS)
 
-    def _on_guess(self, results: Results | None) -> None:
-        """Say so when the oesophagus of a brain is a guess that was not shown before."""
-        guess = guess_of(results) if results is not None else None
-        if guess != self._shown_guess:
-            self._shown_guess = guess
-            if guess is not None:
-                self.banner.show_sentence(guess[0], SHOW_TUNNELS)
-            elif self.session.failure is None:
-                self.show_problem("")
-
-    def _on_help_asked(self) -> None:
-        self.tunnels.set_on(True)
-        self.banner.hide()
-
     def _on_blend(self, per_cent: int) -> None:
         self.view_area.set_blend(per_cent / 100)
 
@@ -400,36 +332,8 @@ class MainWindow(QMainWindow):
         self.files.open_project_file(Path(path))
 
     def _show_state(self) -> None:
-        session = self.session
-        met = set()
-        if session.project is not None:
-            met.add("project")
-            met |= {"neuropils"} if session.project.neuropils else set()
-        if session.brain("source") is not None or session.brain("target") is not None:
-            met.add("brains")
-        if session.results is not None:
-            met.add("results")
-        if session.is_up_to_date:
-            met.add("current")
-        kept = session.project.snapshots if session.project is not None else {}
-        met |= {f"snapshot {name}" for name in kept}
-        if session.results is not None and all(name in kept for name in NAMES):
-            met.add("snapshots")
-        if session.is_complete:
-            met.add("measured")
-        enable_actions(self.actions_by_name, met)
+        enable_actions(self.actions_by_name, needs_met(self.session))
         self._show_title()
-        if session.failure is not self._shown_failure:
-            self._shown_failure = session.failure
-            self._show_failure()
-
-    def _show_failure(self) -> None:
-        failure = self.session.failure
-        if failure is None:
-            self.show_problem("")
-        else:
-            is_about_tunnels = isinstance(failure.error, TopologyError)
-            self.banner.show_sentence(failure.sentence, SHOW_TUNNELS if is_about_tunnels else "")
 
     def _show_title(self) -> None:
         session = self.session
@@ -452,10 +356,7 @@ class MainWindow(QMainWindow):
             self.steps.show_theme(theme)
             self.judge.show_theme(theme)
             for dock in self.docks:
-                self._show_icons_of(dock)
-
-    def _show_icons_of(self, dock: QDockWidget) -> None:
-        show_dock_icons(dock, current_theme())
+                show_dock_icons(dock, theme)
 
     def changeEvent(self, event: QEvent) -> None:
         """Follow the system from light to dark and back."""

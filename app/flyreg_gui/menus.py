@@ -36,6 +36,8 @@ class Menus:
         redo = window.session.undo_stack.createRedoAction(window, "&Redo")
         undo.setShortcut("Ctrl+Z")
         redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
+        undo.setIconText("Undo")  # the text in the menu tells what would be undone
+        redo.setIconText("Redo")
         window.actions_by_name |= {"undo": undo, "redo": redo}
         menus["Edit"].addActions([undo, redo])
         menus["Edit"].addSeparator()

@@ -179,8 +179,8 @@ def describe(knob: Knob, value: float) -> str:
 def label_of(knob: Knob, value: float) -> str:
     """Return a place as short as can be, for a label."""
     if knob == "cut":
-        return f"cut {value:+.1f}" if value else "cut"
-    return f"{abs(value):.1f} {'L' if value > 0 else 'R'}"
+        return f"cut {value:+.0f} µm" if value else "cut"
+    return f"{abs(value):.0f} µm {'L' if value > 0 else 'R'}"
 
 
 def beyond(coordinates: Floats, places: TrimPlaces) -> Booleans:

@@ -101,8 +101,8 @@ def when_asked(kind, act):
     QTimer.singleShot(20, look)
 
 
-def answer_file_dialog(*paths):
-    """Choose a path in the next file dialog, another one in the dialog after it.
+def answer_file_dialog(*paths, line=None):
+    """Choose a path in the next file dialog, another one in the dialog after it, and a kind of file.
 
     Typing it and clicking would be nearer to what users do, but Qt's own dialog enables its button
     only when a thread has read the folder, and every letter has it read again.
@@ -112,6 +112,8 @@ def answer_file_dialog(*paths):
     def answer():
         dialog = QApplication.activeModalWidget()
         if isinstance(dialog, QFileDialog):
+            if line is not None:
+                dialog.selectNameFilter(line)
             dialog.findChild(QLineEdit, "fileNameEdit").setText(str(waiting.pop(0)))
             dialog.accept()
         if waiting:

@@ -13,8 +13,9 @@ from PIL import Image
 
 from flyreg_core import edits
 from flyreg_core.errors import Cancelled
-from flyreg_core.landmark_files import NamedPair, write_bigwarp
+from flyreg_core.landmark_tables import write_bigwarp
 from flyreg_core.landmarks import LandmarkPair
+from flyreg_core.named_pairs import NamedPair
 from flyreg_core.project_file import load_project, save_project
 from flyreg_core.script import register_command
 

@@ -87,7 +87,7 @@ def test_a_wrong_click_that_folds_the_surface_is_named_wherever_it_folds(qtbot, 
     alarm = window.fold_alarm
     assert alarm.isVisible()
     away = window.session.results.judgement.leave_one_out_um["wrong"]
-    assert f"wrong click stands out: the other landmarks would put it {away:.0f} µm" in alarm.text
+    assert f"“wrong click” stands out: the other landmarks would put it {away:.0f} µm" in alarm.text
     qtbot.mouseClick(alarm.weaken_button, LEFT)
     assert window.session.project.pairs[-1].weight == pytest.approx(50.0 / 4)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from flyreg_gui.judging import ORIGINS, PLAIN, judge_by
 from PySide6.QtCore import Qt
 
 from flyreg_core.progress import ignore
+from flyreg_core.seam import examine_seam
 from flyreg_core.vertex_quantities import QUANTITIES, quantity_named
 from tests.app.hands import LONG_MS, drag, drawn, press, settle
 from tests.app.test_window import slider_position
@@ -31,7 +34,8 @@ def colors_in(view):
 def test_each_quantity_has_a_value_for_each_vertex(results, quantity):
     values = quantity.compute(results, ignore)
     assert values.source.shape == (len(results.source.surface.vertices),)
-    least = 0.01 if quantity.name == "seam" else 0.9  # all but the trim caps; the curves alone
+    along_curves = {"seam": 0.01, "seam_angle": 0.01, "hole": 0.001}  # the others: all but the caps
+    least = along_curves.get(quantity.name, 0.9)
     assert np.isfinite(values.source).mean() > least
     if not quantity.is_signed:
         assert np.nanmin(values.source) >= 0
@@ -40,6 +44,27 @@ def test_each_quantity_has_a_value_for_each_vertex(results, quantity):
 def test_the_seam_gap_shown_is_the_one_that_was_reported(results):
     shown = np.nanmax(quantity_named("seam").compute(results, ignore).source)
     assert shown == max(half.gap_um for half in results.registration.halves.values())
+
+
+def test_the_angles_and_distances_along_the_seam_are_those_of_the_report(results):
+    seam = examine_seam(results)
+    angles = quantity_named("seam_angle").compute(results, ignore)
+    assert np.nanmax(angles.source) == pytest.approx(seam.registered_degrees.largest)
+    assert np.nanmax(angles.target) == pytest.approx(seam.target_degrees.largest)
+    hole = quantity_named("hole").compute(results, ignore)
+    assert np.nanmax(hole.source) == pytest.approx(seam.hole_to_target_um.largest)
+    assert np.nanmax(hole.target) == pytest.approx(seam.hole_from_target_um.largest)
+
+
+def test_the_angle_at_the_seam_is_told_of_both_brains_in_degrees(qtbot, window):
+    panel = window.judge
+    qtbot.keyClicks(panel.choice, "seam")
+    qtbot.keyClick(panel.choice, Qt.Key.Key_Down)
+    assert panel.choice.currentText() == "Seam angle"
+    qtbot.waitUntil(lambda: window.judging.is_up_to_date)
+    for role in ("source", "target"):
+        assert panel.histograms[role].isVisibleTo(panel)
+        assert re.search(r"mean \d+\.\d+°", panel.numbers[role].text())
 
 
 def test_the_distance_shown_is_the_one_that_was_measured(results):

@@ -1,5 +1,7 @@
 """What a biologist does with landmarks: places, drags, mutes, mirrors, weighs and lists them."""
 
+import re
+
 import numpy as np
 import pytest
 import trimesh
@@ -7,6 +9,7 @@ import trimesh
 from flyreg_core import edits
 from flyreg_core.landmark_files import read_landmark_pairs
 from flyreg_core.landmarks import CORNERS
+from flyreg_core.named_pairs import end_of
 
 pytest.importorskip("PySide6")
 from flyreg_gui.landmark_table import Column, Judged
@@ -15,7 +18,16 @@ from flyreg_resources import landmark_lists
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QInputDialog, QMenu
 
-from tests.app.hands import CONTROL, LEFT, answer_file_dialog, drag, pixel, press, settle
+from tests.app.hands import (
+    CONTROL,
+    LEFT,
+    answer_file_dialog,
+    drag,
+    pixel,
+    press,
+    pulling_aside,
+    settle,
+)
 
 
 def middle(canvas, right=0.0, down=0.0):
@@ -288,6 +300,37 @@ def test_landmarks_are_exported_for_bigwarp_and_imported_again(qtbot, window, tm
     settle(qtbot, window)
 
 
+def test_landmarks_are_exported_in_the_format_that_is_chosen(qtbot, window, tmp_path):
+    pair = own_pair(qtbot, window)
+    chosen = {
+        "OpenSim Creator, both brains (*.csv)": "pairs.csv",
+        "OpenSim Creator, target (*.csv)": "target.csv",
+        "Fiji, source (*.points)": "source",  # its ending is added
+        "3D Slicer, target (*.mrk.json)": "target",
+    }
+    for line, name in chosen.items():
+        answer_file_dialog(tmp_path / name, line=line)
+        window.actions_by_name["export_landmarks"].trigger()
+    (both,) = read_landmark_pairs(tmp_path / "pairs.csv")
+    assert both.source == pytest.approx(pair.source)
+    assert both.target == pytest.approx(pair.target)
+    for name, role in (("target.csv", "target"), ("source.points", "source")):
+        (one,) = read_landmark_pairs(tmp_path / name, role)
+        assert end_of(one, role) == pytest.approx(end_of(both, role))
+    assert (tmp_path / "target.mrk.json").exists()
+
+
+def test_what_a_format_cannot_hold_is_said(qtbot, window, tmp_path):
+    own_pair(qtbot, window)
+    half_made = edits.add_unplaced(window.session.project, ["later"])
+    window.session.edit("add", half_made)
+    answer_file_dialog(tmp_path / "a.csv", line="OpenSim Creator, both brains (*.csv)")
+    window.actions_by_name["export_landmarks"].trigger()
+    said = window.status.currentMessage()
+    assert "Exported 1 landmark to" in said
+    assert "not placed and left out: 1" in said
+
+
 def test_a_damaged_file_of_landmarks_is_a_sentence_and_changes_nothing(qtbot, window, tmp_path):
     path = tmp_path / "landmarks.csv"
     path.write_text('"a","true",1,2,3,4,5,x\n')
@@ -310,3 +353,40 @@ def test_the_curve_of_lambda_tells_the_best_and_the_present_one(qtbot, window):
     tip = window.landmarks.curve.toolTip()
     best = window.session.results.judgement.cross_validation.best
     assert f"λ = {best:.3g}" in tip
+
+
+def test_beside_its_curve_lambda_has_that_of_the_residual_against_bending(qtbot, window):
+    panel, session = window.landmarks, window.session
+    wrong = pulling_aside(session.results, session.results.landmarks[-1].source_point)
+    session.edit("add a wrong click", edits.add_pair(session.project, wrong))
+    settle(qtbot, window)
+    before = panel.curve.grab().toImage()
+    choose(qtbot, panel.curve_choice, "Residual against bending")
+    assert panel.curve.grab().toImage() != before
+    residual, energy = bending_on_show(panel)
+    drag_right(qtbot, panel.smoothing_slider)
+    settle(qtbot, window)
+    stiffer = bending_on_show(panel)
+    assert stiffer[0] > residual
+    assert stiffer[1] < energy
+    choose(qtbot, panel.curve_choice, "How well landmarks are foretold")
+    assert "foretold" in panel.curve.toolTip()
+
+
+def choose(qtbot, box, text):
+    """Choose a line of a box by typing its first letter."""
+    qtbot.keyClicks(box, text[0])
+    assert box.currentText() == text
+
+
+def drag_right(qtbot, slider):
+    middle = slider.height() // 2
+    places = [QPoint(x, middle) for x in range(slider.width() // 2, slider.width() - 20, 10)]
+    drag(qtbot, slider, places, lambda: None)
+
+
+def bending_on_show(panel):
+    """Residual and bending energy at the present lambda, as the curve's tip tells them."""
+    tip = panel.curve.toolTip()
+    found = re.search(r"present λ = .*: residual ([^ ]+) µm, bending (\S+)", tip)
+    return float(found[1]), float(found[2])

@@ -432,6 +432,18 @@ def test_a_click_on_the_heading_puts_the_worst_landmarks_first(qtbot, window):
     assert values[0] > values[-1]
 
 
+def test_a_click_on_the_heading_sorts_names_by_the_numbers_in_them(qtbot, window):
+    names = ["spot 10", "spot 2", "Spot 1"]
+    window.session.edit("add", edits.add_unplaced(window.session.project, names))
+    table = window.landmarks.table
+    heading = table.horizontalHeader()
+    middle = heading.sectionViewportPosition(Column.NAME) + 10
+    qtbot.mouseClick(heading.viewport(), LEFT, pos=QPoint(middle, heading.height() // 2))
+    rows = range(table.model().rowCount())
+    shown = [table.model().index(row, Column.NAME).data() for row in rows]
+    assert [name for name in shown if name in names] == ["Spot 1", "spot 2", "spot 10"]
+
+
 def test_the_grid_on_a_flat_half_is_bent_as_the_spline_bends_the_plane(qtbot, window):
     view = window.view_area.anterior
     straight = view._lines.points(window.session.results.source.halves["anterior"].plane)

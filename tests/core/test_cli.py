@@ -97,6 +97,28 @@ def test_the_report_tells_how_well_each_landmark_is_foretold(registered: Path) -
     assert curve["best"] == curve["smoothings"][int(np.argmin(curve["scores"]))]
 
 
+def test_the_report_tells_what_the_residual_costs_in_bending_for_each_smoothing(
+    registered: Path,
+) -> None:
+    report = report_of(registered)
+    curve = report["residual_against_bending"]
+    assert curve["smoothings"] == report["smoothing_by_cross_validation"]["smoothings"]
+    residuals, energies = curve["residuals_rms_um"], curve["bending_energies"]
+    assert residuals[0] < curve["residual_rms_um"] < residuals[-1]
+    assert energies[0] > curve["bending_energy"] > energies[-1]
+
+
+def test_the_report_tells_how_the_halves_meet(registered: Path) -> None:
+    seam = report_of(registered)["seam"]
+    for surface in ("registered", "target"):
+        angle = seam["angle"][surface]
+        assert 0 <= angle["mean_degrees"] <= angle["max_degrees"] <= 180
+        assert angle["p95_degrees"] <= angle["max_degrees"]
+    for way in ("source_to_target", "target_to_source"):
+        away = seam["hole_curve"][way]
+        assert 0 < away["mean_um"] <= away["max_um"] < 5
+
+
 def test_the_registered_mesh_is_closed_and_carries_its_properties(registered: Path) -> None:
     mesh = trimesh.load_mesh(registered / "registered.ply", process=False)
     assert mesh.is_watertight

@@ -8,16 +8,18 @@ from hypothesis import strategies as st
 
 from flyreg_core.brain_files import template_file
 from flyreg_core.errors import InputError, LandmarkError
+from flyreg_core.fiji_landmarks import NOT_IN_XML, write_fiji
 from flyreg_core.landmark_files import (
-    NamedPair,
+    FORMATS,
     joined,
     read_landmark_pairs,
     to_landmark_pairs,
     to_named_pairs,
-    write_bigwarp,
-    write_slicer,
 )
+from flyreg_core.landmark_tables import write_bigwarp, write_opensim_pairs, write_opensim_points
 from flyreg_core.landmarks import LandmarkPair
+from flyreg_core.named_pairs import NamedPair
+from flyreg_core.slicer_landmarks import write_slicer
 
 PAIR = NamedPair("peduncle", (1.0, 2.0, 3.0), (4.0, 5.0, 6.0))
 BIGWARP = '"Pt-0","true","1.0","2.0","3.0","4.0","5.0","6.0"\n'
@@ -41,6 +43,37 @@ pairs = st.lists(
     min_size=1,
     unique_by=lambda pair: pair.name,
 ).filter(lambda pairs: any(pair.source or pair.target for pair in pairs))
+
+
+# Whatever is written is read again
+
+
+@pytest.mark.parametrize("kind", FORMATS, ids=lambda kind: kind.title)
+@settings(deadline=None)
+@given(pairs=pairs)
+def test_what_a_file_can_hold_is_read_again_as_it_was_written(tmp_path_factory, kind, pairs):
+    path = tmp_path_factory.mktemp("landmarks") / f"landmarks{kind.ending}"
+    if any(NOT_IN_XML.search(pair.name) for pair in pairs) and kind.ending == ".points":
+        with pytest.raises(LandmarkError, match="cannot hold; rename it"):
+            kind.write(path, pairs)
+        return
+    kind.write(path, pairs)
+    expected = tuple(as_held(pair, kind) for pair in pairs if kind.holds(pair))
+    if any(pair.source or pair.target for pair in expected):
+        assert read_landmark_pairs(path, kind.role or "source") == expected
+    else:
+        with pytest.raises(LandmarkError, match="holds no landmark that is placed"):
+            read_landmark_pairs(path)
+
+
+def as_held(pair, kind):
+    """What a file tells of a landmark."""
+    return NamedPair(
+        pair.name,
+        None if kind.role == "target" else pair.source,
+        None if kind.role == "source" else pair.target,
+        pair.is_active or not kind.has_flags,
+    )
 
 
 # BigWarp
@@ -113,6 +146,18 @@ def test_bigwarp_json_is_read(tmp_path):
 def test_pairs_of_opensim_creator_are_read(tmp_path):
     text = "name,source.x,source.y,source.z,dest.x,dest.y,dest.z\npeduncle,1,2,3,4,5,6\n"
     assert read(tmp_path, text) == (PAIR,)
+
+
+def test_pairs_are_written_as_opensim_creator_writes_them(tmp_path):
+    write_opensim_pairs(tmp_path / "a.csv", [PAIR, NamedPair("half made", (1, 1, 1), None)])
+    assert (tmp_path / "a.csv").read_text() == (
+        'name,source.x,source.y,source.z,dest.x,dest.y,dest.z\n"peduncle",1.0,2.0,3.0,4.0,5.0,6.0\n'
+    )
+
+
+def test_points_are_written_as_opensim_creator_writes_them(tmp_path):
+    write_opensim_points(tmp_path / "a.csv", [PAIR], "target")
+    assert (tmp_path / "a.csv").read_text() == 'name,x,y,z\n"peduncle",4.0,5.0,6.0\n'
 
 
 @pytest.mark.parametrize("header", ["name,x,y,z\n", ""])
@@ -221,6 +266,14 @@ def test_points_of_fiji_are_one_end_and_may_be_still_to_be_placed(tmp_path):
         NamedPair("SCLL", (1.5, 2.5, -3), None),
         NamedPair("SCLR", None, None),
     )
+
+
+def test_points_are_written_as_fiji_writes_them(tmp_path):
+    write_fiji(tmp_path / "a.points", [PAIR, NamedPair("later", None, (1, 1, 1))], "source")
+    text = (tmp_path / "a.points").read_text()
+    assert text.startswith('<?xml version="1.0" encoding="UTF-8"?>\n<!DOCTYPE namedpointset [\n')
+    assert '<pointworld set="true" name="peduncle" x="1.0" y="2.0" z="3.0" />' in text
+    assert '<pointworld set="false" name="later" />' in text
 
 
 @pytest.mark.parametrize("damaged", [POINTS[:-30], POINTS.replace('"2.5"', '"two"')])

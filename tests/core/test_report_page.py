@@ -103,7 +103,13 @@ def test_the_page_tells_all_that_a_reader_needs(registered: Path, page: Page) ->
     for number in range(len(facts["landmark_list"])):
         for name in ("weight", "residual_um", "leave_one_out_um"):
             assert f"landmark_list.{number}.{name}" in keys
+    for row in ("angle.registered", "angle.target"):
+        assert f"seam.{row}.mean_degrees" in keys
+    assert "seam.hole_curve.source_to_target.max_um" in keys
     assert {"there_and_back_um.mean", "smoothing", "seconds.total"} <= keys
+    assert {
+        f"residual_against_bending.{name}" for name in ("residual_rms_um", "bending_energy")
+    } <= keys
     for brain in (facts["source"], facts["target"]):
         assert brain["sha256"] in page.words
     for version in facts["versions"].values():
@@ -168,7 +174,8 @@ def test_a_landmark_whose_id_has_a_dot_is_found(registered: Path) -> None:
 
 def test_what_was_not_measured_is_left_out(registered: Path) -> None:
     facts = facts_of(registered)
-    for key in ("distance", "there_and_back_um", "smoothing_by_cross_validation"):
+    curves = ("smoothing_by_cross_validation", "residual_against_bending")
+    for key in ("distance", "there_and_back_um", *curves):
         facts[key] = None
     facts["folds_by_landmark"] = None
     facts["landmark_list"] = [

@@ -70,7 +70,7 @@ class Folds:
         else:
             what = f"The spline folded {_triangles(self.mended)}, which were laid flat again"
         if self.culprits and (away := self.culprits[0].foretold_um) is not None:
-            return f"{what}. {self.culprits[0].name} stands out: {_would_put(away)}."
+            return f"{what}. “{self.culprits[0].name}” stands out: {_would_put(away)}."
         names = [culprit.name for culprit in self.culprits[:NAMED]]
         named = " and ".join((", ".join(names[:-1]), names[-1]) if names[1:] else names)
         return f"{what}, most near {named}." if named else f"{what}."

@@ -14,6 +14,7 @@ from PySide6.QtCore import (
     Signal,
 )
 from PySide6.QtWidgets import (
+    QComboBox,
     QGridLayout,
     QHBoxLayout,
     QLabel,
@@ -30,7 +31,7 @@ from flyreg_core.project import Project
 from flyreg_gui.elided_label import ElidedLabel
 from flyreg_gui.landmark_table import ID_ROLE, SORT_ROLE, LandmarkTable, format_weight
 from flyreg_gui.panels.neighbourhood import NeighbourhoodBar
-from flyreg_gui.panels.smoothing_curve import NOT_YET, SmoothingCurve
+from flyreg_gui.panels.smoothing_curve import KINDS, NOT_YET, SmoothingCurve
 from flyreg_gui.panels.weight_column import LandmarkTableView
 from flyreg_gui.selection import Selection
 from flyreg_gui.session import Session
@@ -39,6 +40,8 @@ from flyreg_gui.sliders import SMOOTHING_SCALE, WEIGHT_SCALE, LogSlider
 SELECT_ROWS = (
     QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
 )
+GAP = 8
+"""Pixels between a label and what it names."""
 MANY = 3
 """Up to how many selected landmarks are named."""
 BETWEEN_NUMBERS_MS = 500
@@ -72,6 +75,11 @@ class LandmarksPanel(QWidget):
         self._weight_label, self._weight_value = ElidedLabel(), QLabel()
         self._smoothing_value = QLabel()
         self.curve = SmoothingCurve(SMOOTHING_SCALE)
+        self.curve_choice = QComboBox()
+        self.curve_choice.setAccessibleName("Curve of lambda")
+        self.curve_choice.setToolTip("What is drawn above the slider of λ")
+        for kind, title in KINDS:
+            self.curve_choice.addItem(title, kind)
         self.neighbourhood = NeighbourhoodBar()
         self.accept_button = QPushButton("Accept suggestions")
         self.accept_button.setToolTip(
@@ -91,16 +99,22 @@ class LandmarksPanel(QWidget):
         self.smoothing_slider.setToolTip(
             "Left: the spline passes through every landmark. Right: it bends less and less."
         )
+        smoothing = QHBoxLayout()
+        smoothing.setSpacing(GAP)
+        smoothing.addWidget(QLabel("Smoothing"))
+        smoothing.addWidget(self.curve_choice)
+        smoothing.addStretch(1)
         sliders = QGridLayout()
         sliders.setVerticalSpacing(2)
-        for row, (label, value, slider) in enumerate(
+        sliders.addWidget(self._weight_label, 0, 0)
+        sliders.addLayout(smoothing, 4, 0)
+        for row, (value, slider) in enumerate(
             (
-                (self._weight_label, self._weight_value, self.weight_slider),
-                (QLabel("Smoothing"), self._smoothing_value, self.smoothing_slider),
+                (self._weight_value, self.weight_slider),
+                (self._smoothing_value, self.smoothing_slider),
             )
         ):
-            value.setAlignment(Qt.AlignmentFlag.AlignRight)
-            sliders.addWidget(label, 4 * row, 0)
+            value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             sliders.addWidget(value, 4 * row, 1)
             sliders.addWidget(slider, 4 * row + 2, 0, 1, 2)
         sliders.addWidget(self.neighbourhood, 3, 0, 1, 2)
@@ -135,6 +149,9 @@ class LandmarksPanel(QWidget):
             lambda place: self.menu_asked.emit(table.viewport().mapToGlobal(place))
         )
         self.best_button.clicked.connect(self._on_best)
+        self.curve_choice.activated.connect(
+            lambda row: self.curve.show_kind(self.curve_choice.itemData(row))
+        )
         self._selection.changed.connect(self._on_selection)
         session.project_changed.connect(self._on_project)
         session.results_changed.connect(self._on_results)
@@ -208,6 +225,7 @@ class LandmarksPanel(QWidget):
         self.smoothing_slider.setEnabled(project is not None)
         self.neighbourhood.setEnabled(self._session.results is not None)
         self.curve.setVisible(project is not None)
+        self.curve_choice.setVisible(project is not None)
         if project is not None:
             self.smoothing_slider.show_value(project.smoothing)
             self._smoothing_value.setText(f"λ = {format_smoothing(project.smoothing)}")
@@ -215,8 +233,7 @@ class LandmarksPanel(QWidget):
             if results is None:
                 self.curve.forget()
             judged = None if results is None else results.judgement
-            curve = None if judged is None else judged.cross_validation
-            self.curve.show_curve(curve, project.smoothing)
+            self.curve.show_curve(judged, project.smoothing)
         self._show_advice(self.curve.advice if project is not None else None)
         self._on_selection()
 

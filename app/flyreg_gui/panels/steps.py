@@ -29,6 +29,8 @@ from flyreg_gui.tunnels import Tunnels
 
 PATIENCE_MS = 500
 """How long work runs before its progress is shown."""
+NO_BREAK = "\N{NO-BREAK SPACE}"
+"""Keeps a unit on the line of its number."""
 SYMBOLS = {
     State.WAITING: "○",
     State.RUNNING: "◐",
@@ -92,7 +94,8 @@ class StepCard(QFrame):
         self._state.setText(report.state.value)
         self._state.setStyleSheet(f"color: {color};")
         failed = report.state is State.FAILED
-        self._details.setText(reason if failed else "\n".join(report.details))
+        details = "\n".join(report.details).replace(" µm", NO_BREAK + "µm")
+        self._details.setText(reason if failed else details)
         self._details.setStyleSheet(f"color: {color};" if failed else "")
         self._details.setVisible(bool(self._details.text()))
         self.report = report

@@ -1,4 +1,4 @@
-"""The five views: what they show of the results, and what a click in them means."""
+"""The five views and what they show of the results."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
-from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from flyreg_core.mesh import Floats
 from flyreg_core.project import Role
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.drill_mode import DrillMode
-from flyreg_gui.judging import STATUS_KEY, Judging
-from flyreg_gui.landmark_mode import LandmarkMode, Point, end_point
+from flyreg_gui.judging import Judging
+from flyreg_gui.landmark_mode import LandmarkMode, end_point
 from flyreg_gui.marker_colors import MarkerColoring
 from flyreg_gui.panels.cut_bar import CutBar
 from flyreg_gui.preparing import ROLES
@@ -28,10 +28,11 @@ from flyreg_gui.tunnels import Tunnels
 from flyreg_gui.views.arrangement import Arrangement
 from flyreg_gui.views.camera import CameraLink
 from flyreg_gui.views.canvas import Canvas, FlatCanvas
+from flyreg_gui.views.clicks import Clicks
 from flyreg_gui.views.cursor import Cursor
 from flyreg_gui.views.cut_handle import CutHandle
 from flyreg_gui.views.flat_view import FlatView
-from flyreg_gui.views.landmark_hand import LandmarkHand
+from flyreg_gui.views.legends import show_legends, show_marker_scale
 from flyreg_gui.views.looks import STAGES, STAGES_TIP, Look, Stage
 from flyreg_gui.views.markers import style_markers
 from flyreg_gui.views.raw_views import RawViews
@@ -40,12 +41,9 @@ from flyreg_gui.views.trim_views import TrimViews
 from flyreg_gui.views.tunnel_views import TunnelViews
 from flyreg_gui.views.view_frame import ViewFrame
 
-CONTROL = Qt.KeyboardModifier.ControlModifier
 SEEN_FROM_OUTSIDE = "The moved source over the target, both seen from outside"
 MOST_NAMED = 3
 """As many of the selected landmarks have their names written."""
-ROLES_OF_FRAMES: tuple[Role, ...] = ("source", "target", "source", "source", "source")
-"""Whose vertices carry the colours in each view; in the flat ones those of the moved source."""
 
 
 class ViewArea(QWidget):
@@ -94,18 +92,7 @@ class ViewArea(QWidget):
         self.cut_handles = [CutHandle(self.cut_bar, view) for view in self.surface_views]
         self._cut_spaces = {view: view.space for view in self.surface_views}
         self.pointer = Cursor(session, self)
-        self._hands = [
-            LandmarkHand(
-                view.canvas,
-                mode,
-                "source" if view is self.source else "target",
-                view.landmark_at,
-                partial(self._point_at, view, "source" if view is self.source else "target"),
-            )
-            for view in self.views
-        ]
-        for view in self.views:
-            view.canvas.clicked.connect(partial(self._on_clicked, view))
+        self._clicks = Clicks(session, selection, mode, trim, self)
         session.results_changed.connect(self._on_results)
         session.remains_changed.connect(self._on_raw)
         session.read_changed.connect(self._on_raw)
@@ -203,7 +190,7 @@ class ViewArea(QWidget):
     def _on_cut(self) -> None:
         """Cut the brains; those that are being trimmed stay whole."""
         for view in self.surface_views:
-            is_raw = self._trim.is_on and self._role_of(view) is not None
+            is_raw = self._trim.is_on and self.role_of(view) is not None
             view.set_cut(None if is_raw else self.cut_bar.cut)
         self._show_cut_handles()
 
@@ -243,8 +230,14 @@ class ViewArea(QWidget):
 
     def is_on_other_business(self, view: SurfaceView | FlatView) -> bool:
         """Tell whether a view shows a brain otherwise than as prepared."""
-        role = self._role_of(view)
+        role = self.role_of(view)
         return role is not None and (self._trim.is_on or self._stages[role] != "prepared")
+
+    def role_of(self, view: SurfaceView | FlatView) -> Role | None:
+        """Return which brain alone a view shows; None if it shows both."""
+        if view is self.source:
+            return "source"
+        return "target" if view is self.target else None
 
     @property
     def frames_of_brains(self) -> tuple[tuple[ViewFrame, SurfaceView], ...]:
@@ -332,30 +325,11 @@ class ViewArea(QWidget):
 
     def _show_keys(self) -> None:
         """Say what the colours mean, of each brain in the first of its views that is shown."""
-        judging, judged = self._judging, self._judging.judged
-        explained: set[Role] = set()
         self._show_marker_scale()
-        for frame, role in zip(self.frames, ROLES_OF_FRAMES, strict=True):
-            look = self._looks.get(role)
-            key: list[tuple[Color, str, str]] = []
-            scale = None
-            is_raw = self._trim.is_on and frame in self.frames[:2]
-            if look is not None and not is_raw and not frame.isHidden() and role not in explained:
-                if judging.is_by_origin:
-                    key = look.key
-                elif judging.colors_of(role, look.brain.surface) is not None and judged:
-                    key, scale = (STATUS_KEY, None) if judged.is_kinds else ([], judged)
-                explained.add(role)
-            frame.show_legend(key)
-            frame.show_scale(scale)
+        show_legends(self.frames, self._looks, self._judging, self._trim.is_on)
 
     def _show_marker_scale(self) -> None:
-        """Say what the colours of landmarks mean, in the first view that is shown."""
-        scale = self._coloring.scale if self._are_markers_shown else None
-        for frame in self.frames:
-            is_first = not frame.isHidden()
-            frame.show_marker_scale(scale if is_first else None)
-            scale = None if is_first else scale
+        show_marker_scale(self.frames, self._coloring.scale if self._are_markers_shown else None)
 
     def _look(self, role: Role, brain: PreparedBrain, color: Color) -> Look:
         known = self._looks.get(role)
@@ -405,65 +379,7 @@ class ViewArea(QWidget):
             ids, names = tuple(pair.id for pair, _ in ends), [pair.name for pair, _ in ends]
             view.show_half_made(points_of([end for _, end in ends]), ids, names)
 
-    # Clicks
-
-    def _on_clicked(
-        self, view: SurfaceView | FlatView, position: QPointF, modifiers: Qt.KeyboardModifier
-    ) -> None:
-        role = self._role_of(view)
-        if role is not None and self._trim.is_on:
-            return
-        if role is not None and self.tunnel_views.click(role, position):
-            return
-        identifier = view.landmark_at(position)
-        if self._mode.is_on and not (identifier and self._mode.is_own(identifier)):
-            role = role or self._role_to_place(view)
-            point = self._point_at(view, role, position)
-            if point is not None:
-                self._mode.place(role, point)
-            return
-        if identifier is None:
-            if not modifiers & CONTROL:
-                self._selection.clear()
-        elif modifiers & CONTROL:
-            self._selection.toggle(identifier)
-        else:
-            self._selection.select([identifier])
-
-    def _point_at(
-        self, view: SurfaceView | FlatView, role: Role, position: QPointF
-    ) -> Point | None:
-        """Return the point of a brain that appears at a position of any view."""
-        results, place = self._session.results, self.pointer.at(view, position)
-        if results is None or place is None:
-            return None
-        if role == "source":
-            x, y, z = place.source.on(results.source.surface).tolist()
-        else:
-            x, y, z = place.target.on(results.target.surface).tolist()
-        return x, y, z
-
-    def _role_to_place(self, view: SurfaceView | FlatView) -> Role:
-        """Return the brain that a click means where both are on show.
-
-        Where the registered brain lies on the target that is the target; laid flat, a new landmark
-        begins with the place of the source that is drawn there and ends with the target's.
-        """
-        current = self._mode.current
-        is_begun = current is not None and current.source is not None
-        return "target" if view is self.registered or is_begun else "source"
-
-    def _role_of(self, view: SurfaceView | FlatView) -> Role | None:
-        if view is self.source:
-            return "source"
-        return "target" if view is self.target else None
-
     def _on_mode(self) -> None:
-        cursor = Qt.CursorShape.CrossCursor if self._mode.is_on else Qt.CursorShape.ArrowCursor
-        for view in self.views:
-            view.canvas.setCursor(cursor)
-        for hand in self._hands:
-            hand.set_on(self._mode.is_on)
         results = self._session.results
         if results is not None and not self._trim.is_on:
             self._show_half_made(results)
