@@ -35,13 +35,10 @@ class Curve:
 
     def nearest(self, point: Floats) -> tuple[float, float]:
         """Return the share at the place of the curve nearest to a (3,) point, and its distance."""
-        start, along = self.points[:-1], np.diff(self.points, axis=0)
-        squared = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-        part = np.clip(((point - start) * along).sum(axis=1) / squared, 0.0, 1.0)
-        away = np.linalg.norm(start + part[:, None] * along - point, axis=1)
-        best = int(np.argmin(away))
-        share = self.share[best] + part[best] * (self.share[best + 1] - self.share[best])
-        return float(share % 1.0 if self.is_closed else share), float(away[best])
+        edges, parts, away = nearest_on_chain(point[np.newaxis], self.points)
+        edge = edges[0]
+        share = self.share[edge] + parts[0] * (self.share[edge + 1] - self.share[edge])
+        return float(share % 1.0 if self.is_closed else share), float(away[0])
 
     @property
     def is_closed(self) -> bool:
@@ -52,6 +49,23 @@ class Curve:
     def length(self) -> float:
         """Arc length, micrometres."""
         return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
+
+
+def nearest_on_chain(points: Floats, chain: Floats) -> tuple[Integers, Floats, Floats]:
+    """Return for (k, 3) points the nearest of the edges between (c, 3) points, and where on it.
+
+    Returns
+    -------
+    (k,) int, (k,) float, (k,) float
+        The edges, the places on them as shares of their length, and how far the points are from there.
+    """
+    start, along = chain[:-1], np.diff(chain, axis=0)
+    squared = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
+    arm = points[:, np.newaxis] - start
+    parts = np.clip((arm * along).sum(axis=-1) / squared, 0.0, 1.0)
+    away = np.linalg.norm(start + parts[..., np.newaxis] * along - points[:, np.newaxis], axis=-1)
+    each, edges = np.arange(len(points)), away.argmin(axis=1)
+    return edges, parts[each, edges], away[each, edges]
 
 
 def curve_key(curve: CurveName, half: HalfName) -> CurveKey:

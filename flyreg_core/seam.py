@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import KDTree
 
+from flyreg_core.boundary import nearest_on_chain
 from flyreg_core.correspondence import FlatBrain
 from flyreg_core.landmarks import HALVES, SHARED_CURVES
 from flyreg_core.mesh import Floats, Integers
@@ -99,8 +100,9 @@ def distances_to_chain(chain: Floats, other: Floats) -> Floats:
     The farthest of both ends and the middle counts: registered ends lie on the target by construction.
     """
     middles = (chain[:-1] + chain[1:]) / 2
-    ends = _distances(chain, other)
-    return np.maximum(np.maximum(ends[:-1], ends[1:]), _distances(middles, other))
+    *_, ends = nearest_on_chain(chain, other)
+    *_, between = nearest_on_chain(middles, other)
+    return np.maximum(np.maximum(ends[:-1], ends[1:]), between)
 
 
 def _mean_normals(vertices: Floats, faces: Integers, seam: Integers) -> Floats:
@@ -126,13 +128,3 @@ def _lengths(vertices: Floats, brain: FlatBrain) -> Floats:
         np.add.at(lengths, chain[:-1], halves)
         np.add.at(lengths, chain[1:], halves)
     return lengths[seam_vertices(brain)]
-
-
-def _distances(points: Floats, chain: Floats) -> Floats:
-    """Return how far (k, 3) points are from the edges between (c, 3) points."""
-    start, along = chain[:-1], np.diff(chain, axis=0)
-    squared = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    arm = points[:, np.newaxis] - start
-    part = np.clip(np.einsum("kci,ci->kc", arm, along) / squared, 0.0, 1.0)
-    away = np.linalg.norm(arm - part[..., np.newaxis] * along, axis=2)
-    return np.asarray(away.min(axis=1))
