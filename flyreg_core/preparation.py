@@ -27,7 +27,7 @@ from flyreg_core.progress import Report, ignore, within
 from flyreg_core.project import Brain, Project
 from flyreg_core.results import Pair, PreparedBrain
 from flyreg_core.shape_map import ShapeMap, fit_shape_map
-from flyreg_core.side_by_side import both, both_halves
+from flyreg_core.side_by_side import both_halves
 from flyreg_core.simplify import Simplified, simplify
 from flyreg_core.smooth import SmoothParameters, smooth
 from flyreg_core.solid import VoxelSolid, close_solid, voxelize
@@ -120,7 +120,6 @@ class Preparation:
         report(0.1, "opening prepared brains")
         known = self._cache.get(key)
         if isinstance(known, Pair):
-            both(lambda: known.source.surface.tree, lambda: known.target.surface.tree)
             return replace(
                 known,
                 source=replace(known.source, brain=source),
