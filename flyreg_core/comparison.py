@@ -24,6 +24,8 @@ from flyreg_core.transform import carry
 
 FLYREG = "flyreg"
 METHODS = (*RIVAL_OF, FLYREG)
+TITLES = {**{name: rival.title for name, rival in RIVAL_OF.items()}, FLYREG: FLYREG}
+"""What people read instead of the names that stand in commands and files."""
 AFTER_PREPARATION = (
     "boundary landmarks",
     "landmarks",
@@ -268,7 +270,7 @@ class _Contest:
             still = AffineMap(np.eye(3), np.zeros(3))
             start = prepared.to_target if RIVAL_OF[name].is_aligned else still
             task = Rivalling(name, prepared.source, prepared.target, start, self.points)
-            done = run_apart(task, self.limits, within(report, 0.0, 0.8), f"running {name}")
+            done = run_apart(task, self.limits, within(report, 0.0, 0.8), f"running {TITLES[name]}")
             moved = done.value if isinstance(done.value, MovedSource) else None
         return self.judge.row(name, _description(name), done, moved, within(report, 0.8, 1.0))
 

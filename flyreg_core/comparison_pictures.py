@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from flyreg_core.color_maps import SOURCE, TARGET
-from flyreg_core.comparison import Comparison
+from flyreg_core.comparison import TITLES, Comparison
 from flyreg_core.picture import Picture, axes_of, draw_surface, on_background, view_of
 
 SIZE = (640, 480)
@@ -34,7 +34,7 @@ def draw_methods(comparison: Comparison) -> dict[str, Picture]:
 
 
 def on_one_sheet(pictures: Mapping[str, Picture]) -> Picture:
-    """Return all pictures on one white one of (height, width, 3) bytes, each with its name."""
+    """Return all pictures on one white one of (height, width, 3) bytes, each with its title."""
     down = -(-len(pictures) // ACROSS)
     sheet = Image.new("RGB", (ACROSS * SIZE[0], down * SIZE[1]), "white")
     pen = ImageDraw.Draw(sheet)
@@ -42,5 +42,5 @@ def on_one_sheet(pictures: Mapping[str, Picture]) -> Picture:
         left, top = number % ACROSS * SIZE[0], number // ACROSS * SIZE[1]
         sheet.paste(Image.fromarray(on_background(picture)), (left, top))
         place = (left + LABEL_PLACE[0], top + LABEL_PLACE[1])
-        pen.text(place, name, fill=LABEL_COLOR, font_size=LABEL_SIZE)
+        pen.text(place, TITLES.get(name, name), fill=LABEL_COLOR, font_size=LABEL_SIZE)
     return np.asarray(sheet)

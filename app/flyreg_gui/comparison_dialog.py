@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from flyreg_core.apart import Limits
-from flyreg_core.comparison import CANCELLED, Row
+from flyreg_core.comparison import CANCELLED, TITLES, Row
 from flyreg_core.comparison_pictures import SIZE
 from flyreg_core.comparison_report import row_report
 from flyreg_core.picture import Picture
@@ -116,6 +116,7 @@ class ComparisonDialog(WorkingDialog):
     def _connect(self) -> None:
         self._told.connect(self._on_told)
         self.table.itemChanged.connect(self._on_ticked)
+        self.points.name.textChanged.connect(self._on_points)
         self.start_button.clicked.connect(self._on_start)
         self.cancel_button.clicked.connect(self._on_cancel)
         self.save_button.clicked.connect(self._on_save)
@@ -129,6 +130,9 @@ class ComparisonDialog(WorkingDialog):
         project = self._window.session.project
         is_ready = self._work is None and project is not None and bool(self.table.ticked)
         self.start_button.setEnabled(is_ready)
+
+    def _on_points(self) -> None:
+        self.table.show_errors(self.points.path is not None)
 
     def _on_start(self) -> None:
         project = self._window.session.project
@@ -196,7 +200,7 @@ class ComparisonDialog(WorkingDialog):
         self._end()
         self.answer = found
         for name, picture in found.pictures.items():
-            self.pictures.addItem(QListWidgetItem(_icon(picture), name))
+            self.pictures.addItem(QListWidgetItem(_icon(picture), TITLES.get(name, name)))
         self.pictures.show()
         outside = found.comparison.points_outside
         left_out = f"; {outside} points are too far from the main brain and left out"

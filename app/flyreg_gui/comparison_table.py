@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
-from flyreg_core.comparison import FLYREG, METHODS, OWN
+from flyreg_core.comparison import FLYREG, METHODS, OWN, TITLES
 from flyreg_core.report_page import looked_up
 from flyreg_core.rivals.table import RIVAL_OF
 from flyreg_gui.theme import current_theme
@@ -48,7 +48,7 @@ class ComparisonTable(QTableWidget):
         self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self._lacking = {name: "" if name == FLYREG else RIVAL_OF[name].lacking for name in METHODS}
-        self.boxes = {name: QTableWidgetItem(name) for name in METHODS}
+        self.boxes = {name: QTableWidgetItem(TITLES[name]) for name in METHODS}
         for row, (name, item) in enumerate(self.boxes.items()):
             item.setToolTip(OWN if name == FLYREG else RIVAL_OF[name].description)
             item.setCheckState(UNCHECKED if self._lacking[name] else CHECKED)
@@ -58,6 +58,7 @@ class ComparisonTable(QTableWidget):
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
         self.clear_rows()
         self.set_ticking(True)
+        self.show_errors(False)
 
     @property
     def ticked(self) -> tuple[str, ...]:
@@ -73,6 +74,12 @@ class ComparisonTable(QTableWidget):
                 if on:
                     flags |= Qt.ItemFlag.ItemIsUserCheckable
             box.setFlags(flags)
+
+    def show_errors(self, on: bool) -> None:
+        """Show the columns of the target registration error, which is measured only on points."""
+        for number, (_, key, *_) in enumerate(COLUMNS, 1):
+            if key.startswith("tre"):
+                self.setColumnHidden(number, not on)
 
     def clear_rows(self) -> None:
         """Take all figures away."""

@@ -29,7 +29,8 @@ class Rival:
     report. It raises `ImportError` where its package is missing.
     """
 
-    name: str
+    name: str  # in commands and files
+    title: str  # for people
     description: str  # with the settings that are not its authors' defaults
     run: Callable[[SurfaceMesh, SurfaceMesh, Report], Moved]
     is_aligned: bool = True  # whether it starts from the engine's affine alignment

@@ -14,7 +14,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QMessageBox
 
 from flyreg_core.brain_files import open_brain, read_brain
-from flyreg_core.comparison import METHODS
+from flyreg_core.comparison import METHODS, TITLES
 from flyreg_core.report_page import looked_up
 from flyreg_core.rivals.table import RIVAL_OF
 from tests.app.hands import LEFT, LONG_MS
@@ -95,6 +95,20 @@ def answer_folder(path):
             QTimer.singleShot(20, take)
 
     QTimer.singleShot(20, take)
+
+
+def test_methods_have_titles_and_errors_on_points_have_columns_only_where_there_are_points(
+    qtbot, dialog
+):
+    table = dialog.table
+    titles = [table.item(row, 0).text() for row in range(table.rowCount())]
+    assert titles == [TITLES[name] for name in METHODS]
+    errors = [n for n, column in enumerate(COLUMNS, 1) if column[0].startswith("TRE")]
+    assert all(table.isColumnHidden(number) for number in errors)
+    qtbot.keyClicks(dialog.points.name, "points.csv")
+    assert not any(table.isColumnHidden(number) for number in errors)
+    dialog.points.name.clear()
+    assert all(table.isColumnHidden(number) for number in errors)
 
 
 def test_rows_appear_as_methods_end_and_are_saved_as_the_command_writes_them(

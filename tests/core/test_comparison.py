@@ -25,7 +25,14 @@ from flyreg_core.affine import AffineMap
 from flyreg_core.apart import STARTED, Limits, run_apart
 from flyreg_core.brain_files import open_brain, read_brain, write_mesh
 from flyreg_core.cli import main
-from flyreg_core.comparison import METHODS, MovedSource, Rivalling, find_methods, folded_share
+from flyreg_core.comparison import (
+    METHODS,
+    TITLES,
+    MovedSource,
+    Rivalling,
+    find_methods,
+    folded_share,
+)
 from flyreg_core.comparison_report import as_table
 from flyreg_core.errors import Cancelled, FlyregError
 from flyreg_core.mesh import SurfaceMesh
@@ -149,6 +156,9 @@ def test_the_page_shows_the_figures_of_the_json_and_what_could_not_be_done(compa
         else:
             assert told[f"{number}.tre_mean_um"] == str(row["tre_mean_um"])
             assert told[f"{number}.source_to_target.mean_um"] == str(row["mean_um"])
+    for row in facts["rows"]:  # people read titles; the names are in commands and files
+        assert f">{TITLES[row['method']]}</td>" in page
+        assert f"<code>{row['method']}</code>" in page
     assert page.count("data:image/webp;base64,") == 4
     assert "http" not in page
 

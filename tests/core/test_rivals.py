@@ -154,7 +154,9 @@ def test_distributions_are_those_of_the_points_in_each_cell() -> None:
 
 
 def test_a_rival_whose_package_is_missing_says_so_without_being_run() -> None:
-    there, missing = (Rival("", "", leave, package=name) for name in ("trimesh", "no_such_package"))
+    there, missing = (
+        Rival("", "", "", leave, package=name) for name in ("trimesh", "no_such_package")
+    )
     assert there.lacking == ""
     assert missing.lacking == (
         "needs the package no_such_package; install flyreg[rivals] to have it"
