@@ -202,6 +202,11 @@ def test_dragging_lambda_moves_the_picture_and_everything_can_be_undone(qtbot, w
     settle(qtbot, window)
     assert window.session.undo_stack.count() == 2
 
+    window.selection.clear()
+    assert not weight.isEnabled()
+    assert weight.scale.value(weight.value()) == 1.0
+    assert "no landmark" in window.landmarks._weight_label.text()
+
     exported = tmp_path / "registered.ply"
     answer_file_dialog(exported)
     press(qtbot, window, Qt.Key.Key_E, CONTROL)

@@ -270,11 +270,14 @@ class LandmarksPanel(QWidget):
         self.weight_slider.setEnabled(bool(chosen))
         self.accept_button.setEnabled(bool(self.suggested))
         names = self._names(chosen)
-        self._weight_label.set_text(f"Weight of {names}" if chosen else "Weight: select a landmark")
+        self._weight_label.set_text(
+            f"Weight of {names}" if chosen else "Weight: no landmark is selected"
+        )
         weights = [pair.weight for pair in self.chosen]
         if not weights:
             self._weight_value.clear()
-            self.weight_slider.setToolTip("")
+            self.weight_slider.show_value(1.0)  # what was selected last says nothing any more
+            self.weight_slider.setToolTip("Select landmarks, in the table or in a view")
             return
         weight = weights[-1]
         self.weight_slider.show_value(weight)
