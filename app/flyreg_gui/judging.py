@@ -209,6 +209,6 @@ def text_of(value: float, unit: str) -> str:
     """Return a value as people read it: log2 of a factor as the factor."""
     if unit == "×":
         factor = 2.0**value
-        return f"×{factor:.2f}" if factor < 10 else f"×{factor:.0f}"
+        return f"×{factor:.2f}" if factor < 10 else f"×{factor:,.0f}"
     digits = 0 if abs(value) >= 100 else 1 if abs(value) >= 10 else 2
     return f"{value:.{digits}f}{unit}" if unit == "°" else f"{value:.{digits}f} {unit}".strip()

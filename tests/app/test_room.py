@@ -77,6 +77,13 @@ def test_scales_fit_into_a_narrow_view_with_the_numbers_of_both_ends(frame):
     assert not frame.scale.geometry().intersects(frame.marker_scale.geometry())
 
 
+def test_the_title_of_a_scale_takes_more_lines_in_a_narrow_view(frame):
+    frame.show_scale(OfDistance())
+    narrow = frame.scale.height()
+    frame.scale.fit_into(400)
+    assert narrow == frame.scale.height() + frame.fontMetrics().height()
+
+
 def test_a_list_of_many_long_names_leaves_most_of_the_view_free_and_tells_all_in_its_tip(frame):
     names = [f"a very long name of neuropil number {number}" for number in range(40)]
     frame.show_names([((0, 0, 0), name) for name in names])

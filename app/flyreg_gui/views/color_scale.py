@@ -20,7 +20,7 @@ TICKS = 3
 FEWEST_TICKS = 2
 BETWEEN = 10
 """Pixels between two numbers."""
-
+TITLE_FLAGS = Qt.AlignmentFlag.AlignLeft | Qt.TextFlag.TextWordWrap
 SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignHCenter, Qt.AlignmentFlag.AlignRight)
 
 
@@ -81,10 +81,9 @@ class ColorScale(QWidget):
             self.fit_into(self._room)
 
     def fit_into(self, width: int) -> None:
-        """Take no more than so many pixels: the title is cut off, the middle number left out."""
+        """Take no more than so many pixels: the title has more lines, the middle number is left out."""
         self._room = width
-        hint = self.sizeHint()
-        self.resize(min(hint.width(), width), hint.height())
+        self.resize(self.sizeHint())
         self.update()
 
     @property
@@ -104,10 +103,20 @@ class ColorScale(QWidget):
     def sizeHint(self) -> QSize:
         """Return room for the title, the bar and its numbers."""
         metrics = self.fontMetrics()
-        title = metrics.horizontalAdvance(self.judged.quantity.title) if self.judged else 0
+        title = metrics.horizontalAdvance(self._title)
         numbers = sum(metrics.horizontalAdvance(text) + BETWEEN for text in self.texts)
-        width = max(BAR_WIDTH, title, numbers) + 2 * PADDING
-        return QSize(width, 2 * metrics.height() + BAR_HEIGHT + 2 * PADDING + 4)
+        width = min(max(BAR_WIDTH, title, numbers) + 2 * PADDING, self._room)
+        lines = self._title_height(width - 2 * PADDING) + metrics.height()
+        return QSize(width, lines + BAR_HEIGHT + 2 * PADDING + 4)
+
+    @property
+    def _title(self) -> str:
+        return self.judged.quantity.title if self.judged is not None else ""
+
+    def _title_height(self, width: int) -> int:
+        """Return how many pixels the title takes, in as many lines as it needs."""
+        room = QRect(0, 0, width, ROOM)
+        return self.fontMetrics().boundingRect(room, TITLE_FLAGS, self._title).height()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw title, bar and numbers."""
@@ -122,11 +131,9 @@ class ColorScale(QWidget):
         painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
         painter.setPen(QColor(*theme.text))
         line, inner = self.fontMetrics().height(), self.width() - 2 * PADDING
-        title = self.fontMetrics().elidedText(
-            judged.quantity.title, Qt.TextElideMode.ElideRight, inner
-        )
-        painter.drawText(QRect(PADDING, PADDING, inner, line), Qt.AlignmentFlag.AlignLeft, title)
-        bar = QRect(PADDING, PADDING + line + 2, inner, BAR_HEIGHT)
+        high = self._title_height(inner)
+        painter.drawText(QRect(PADDING, PADDING, inner, high), TITLE_FLAGS, self._title)
+        bar = QRect(PADDING, PADDING + high + 2, inner, BAR_HEIGHT)
         painter.drawImage(bar, bar_image(judged))
         below = QRect(PADDING, bar.bottom() + 3, inner, line)
         sides = (*SIDES[: len(self.texts) - 1], SIDES[-1])
