@@ -126,6 +126,8 @@ class Tour(QObject):
         """Begin at the first stop."""
         self._window.preferences.has_toured = True
         self.number = 0
+        if (center := self._window.centralWidget()) is not None:
+            center.installEventFilter(self)
         self._show()
 
     def end(self) -> None:
@@ -144,9 +146,12 @@ class Tour(QObject):
         )
         self.ring.setStyleSheet(f"#ring {{ border: 3px solid {edge}; border-radius: 6px; }}")
 
-    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Stay at what is pointed at."""
-        if event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Stay at what is pointed at, and before the views: a click on a dock's tab raises them."""
+        if watched is not self._window:
+            if event.type() == QEvent.Type.ZOrderChange:
+                self._raise()
+        elif event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
             self._place()
         return False
 
@@ -184,11 +189,15 @@ class Tour(QObject):
         is_last = self.number == len(self._stops) - 1
         next_text = "Take the demo" if self._is_waiting else "Done" if is_last else "Next"
         self.next_button.setText(next_text)
-        for widget in (self.ring, self.bubble):
-            widget.show()
-            widget.raise_()
+        self.ring.show()
+        self.bubble.show()
+        self._raise()
         self._place()
         self.next_button.setFocus()
+
+    def _raise(self) -> None:
+        self.ring.raise_()
+        self.bubble.raise_()
 
     def _place(self) -> None:
         if self.number is None:
@@ -208,10 +217,14 @@ class Tour(QObject):
         return QRect(target.mapTo(self._window, QPoint(0, 0)), target.size())
 
     def _beside(self, around: QRect) -> QPoint:
-        """Return a place for the bubble below, left of or above what it is about, or within it."""
+        """Return a place for the bubble below, left of or above what it is about, or within it.
+
+        In the right dock, what is below belongs to it and is to be seen beside the bubble.
+        """
         room, size = self._window.rect(), self.bubble.size()
+        is_right = around.left() > room.center().x()
         x = min(max(around.center().x() - WIDTH // 2, GAP), room.width() - WIDTH - GAP)
-        if around.bottom() + GAP + size.height() < room.height():
+        if not is_right and around.bottom() + GAP + size.height() < room.height():
             return QPoint(x, around.bottom() + GAP)
         if around.left() - GAP - WIDTH > 0:
             y = around.center().y() - size.height() // 2

@@ -81,6 +81,29 @@ def test_the_tour_stays_at_its_target_and_can_be_gone_back_and_ended(qtbot, wind
     assert not tour.ring.isVisible()
 
 
+def test_the_tour_stays_before_the_views_when_the_tab_that_it_points_at_is_clicked(qtbot, window):
+    tour = window.tour
+    tour.start()
+    while "See" not in tour._title.text():
+        qtbot.mouseClick(tour.next_button, LEFT)
+    tabs = next(bar for bar in window.findChildren(QTabBar) if bar.tabText(1) == "Judge")
+    qtbot.mouseClick(tabs, LEFT, pos=tabs.tabRect(1).center())
+    assert window.judge.isVisible()
+    center = in_window(window, tour.next_button).center()
+    assert window.childAt(center) is tour.next_button
+    tour.end()
+
+
+def test_the_tour_leaves_the_smoothing_that_it_tells_of_to_be_seen(qtbot, window):
+    tour = window.tour
+    tour.start()
+    while "Weights" not in tour._title.text():
+        qtbot.mouseClick(tour.next_button, LEFT)
+    for widget in (window.landmarks.smoothing_slider, window.landmarks.neighbourhood):
+        assert not in_window(window, tour.bubble).intersects(in_window(window, widget))
+    tour.end()
+
+
 def test_the_tour_waits_for_two_brains_and_then_goes_on(qtbot, empty_window, project, results):
     tour = empty_window.tour
     tour.start()
