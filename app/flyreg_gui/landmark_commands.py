@@ -136,10 +136,11 @@ class LandmarkCommands:
             if mark is None:
                 self._window.show_problem("Select the landmark whose neighbourhood is meant.")
                 return
-            near = near_place(mark.target_point, "target", results.landmarks, reach_um)
+            found = near_place(mark.target_point, "target", results.landmarks, reach_um)
+            near = sorted(found, key=lambda identifier: identifier == mark.pair.id)  # stays current
         else:
             neuropil = self._window.neuropils.by_name[place]
-            near = near_neuropil(neuropil, results.landmarks, reach_um)
+            near = [*near_neuropil(neuropil, results.landmarks, reach_um)]
         if not near:
             self._window.show_problem(
                 f"No landmark lies within {reach_um:.0f} µm of {place}; widen the reach, or add one."

@@ -261,6 +261,19 @@ def test_everything_near_a_landmark_is_weighted_together(qtbot, window):
     settle(qtbot, window)
 
 
+def test_what_was_selected_near_a_landmark_is_what_its_weights_are_doubled_of(qtbot, window):
+    mark = front_mark(window)
+    window.selection.select([mark.pair.id])
+    bar = window.landmarks.neighbourhood
+    bar.reach.setValue(60)
+    qtbot.mouseClick(bar.buttons[0], LEFT)
+    selected = set(window.selection.ids)
+    assert window.selection.current == mark.pair.id
+    qtbot.mouseClick(bar.buttons[1], LEFT)
+    assert set(window.session.project.weights) == selected == set(window.selection.ids)
+    settle(qtbot, window)
+
+
 def test_landmarks_near_a_neuropil_of_a_file_are_selected(qtbot, window, tmp_path, monkeypatch):
     mark = front_mark(window)
     path = tmp_path / "AL_L.stl"

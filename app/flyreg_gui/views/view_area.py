@@ -43,7 +43,7 @@ from flyreg_gui.views.view_frame import ViewFrame
 
 SEEN_FROM_OUTSIDE = "The moved source over the target, both seen from outside"
 MOST_NAMED = 3
-"""As many of the selected landmarks have their names written."""
+"""Up to so many selected landmarks have their names written; of more, only the current one."""
 
 
 class ViewArea(QWidget):
@@ -321,7 +321,7 @@ class ViewArea(QWidget):
         beside = self._session.beside
         self.frames[2].title.set_detail(f"weights {beside}" if beside else "")
         for frame in self.frames[3:]:
-            frame.title.set_detail("source over target", SEEN_FROM_OUTSIDE)
+            frame.title.set_detail("both brains", SEEN_FROM_OUTSIDE)
 
     def _show_keys(self) -> None:
         """Say what the colours mean, of each brain in the first of its views that is shown."""
@@ -343,7 +343,8 @@ class ViewArea(QWidget):
             return
         self._landmarks = results.landmarks
         landmarks = results.landmarks if self._are_markers_shown else ()
-        named = list(self._selection.ids[:MOST_NAMED])
+        chosen, current = self._selection.ids, self._selection.ids[-1:]
+        named = list(chosen if len(chosen) <= MOST_NAMED else current)  # or names hide each other
         if self._are_own_named:
             named += [mark.pair.id for mark in landmarks if mark.pair.origin == "user"]
         for view in self.views:
