@@ -19,6 +19,7 @@ from flyreg_gui.failures import ExceptionCatcher, sentence_for
 from flyreg_gui.files import demo_project
 from flyreg_gui.main import INPUT_ERROR, INTERNAL_ERROR, Request
 from flyreg_gui.main_window import MainWindow
+from flyreg_gui.memory import keep_large_arrays_apart
 from flyreg_gui.preferences import Preferences
 from flyreg_gui.theme import set_scheme
 
@@ -29,6 +30,7 @@ SETTLE_MS = 300
 
 def run(request: Request) -> int:
     """Show the window for as long as the user wants it; return the exit status."""
+    keep_large_arrays_apart()
     application = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(application, QApplication)
     application.setApplicationName("flyreg")

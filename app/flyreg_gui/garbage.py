@@ -1,20 +1,24 @@
-"""What only refers to itself is looked for while the hand rests.
+"""What nobody holds any more is looked for and given back while the hand rests.
 
-Python looks for it by itself only after the number of all objects has grown by a quarter, which among
-the objects of Qt, VTK and numba takes long; until then arrays that hang on such a ring stay.
+Python looks for what only refers to itself by itself only after the number of all objects has grown by
+a quarter, which among the objects of Qt, VTK and numba takes long; until then arrays that hang on such
+a ring stay.
 """
 
 from __future__ import annotations
 
 import gc
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QTimer
 
 from flyreg_core.results import Results
+from flyreg_gui.memory import give_back
 from flyreg_gui.session import Session
 
 RESTS_BETWEEN = 10
 """How often the hand rests from one look to the next."""
+PAUSE_MS = 500
+"""Until then all views have drawn the newest results, and nobody holds those before."""
 
 
 class GarbageCollector(QObject):
@@ -23,6 +27,11 @@ class GarbageCollector(QObject):
     def __init__(self, session: Session, parent: QObject) -> None:
         super().__init__(parent)
         self._rests = 0
+        self._session = session
+        self._pause = QTimer(self)
+        self._pause.setSingleShot(True)
+        self._pause.setInterval(PAUSE_MS)
+        self._pause.timeout.connect(self._on_pause)
         session.results_changed.connect(self._on_results)
 
     def _on_results(self, results: Results | None) -> None:
@@ -31,3 +40,8 @@ class GarbageCollector(QObject):
         self._rests += 1
         if self._rests % RESTS_BETWEEN == 0:
             gc.collect()
+        self._pause.start()
+
+    def _on_pause(self) -> None:
+        if self._session.is_complete:
+            give_back()

@@ -15,7 +15,6 @@ from flyreg_core.errors import Cancelled
 from flyreg_core.progress import Report
 from flyreg_core.project import Project
 from flyreg_core.results import Results
-from flyreg_gui.memory import give_back, keep_large_arrays_apart
 
 SECONDS_BETWEEN_REPORTS = 0.2
 
@@ -63,7 +62,6 @@ class Runner(QObject):
 
     def __init__(self, pipeline: RunsProjects, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        keep_large_arrays_apart()
         self._pipeline = pipeline
         self._newest: Run | None = None
         self._count = 0
@@ -107,8 +105,6 @@ class Runner(QObject):
             self.failed.emit(run, error)
         else:
             self.finished.emit(run, results, time.perf_counter() - start)
-            if run.measure:  # the hand rests
-                give_back()
 
     def _report(self, run: Run, is_due: Callable[[], bool], fraction: float, text: str) -> None:
         newest = self._newest
