@@ -29,6 +29,8 @@ from flyreg_gui.views.layers import Colors
 
 PLAIN, ORIGINS = "plain", "origins"
 """Choices that are no quantities: the brains' own colours, and where each surface comes from."""
+STATUS = "status"
+"""The quantity that is of kinds: how vertices got their place, and so where folds were mended."""
 UNKNOWN: Color = (150, 150, 150)
 """Where a quantity has no value, such as flattening on a trim cap."""
 STATUS_COLORS: tuple[Color, ...] = (  # Okabe and Ito's palette, as `STATUS_NAMES` runs
@@ -60,7 +62,7 @@ class Judged:
     @property
     def is_kinds(self) -> bool:
         """Tell whether the values are kinds, not amounts."""
-        return self.quantity.name == "status"
+        return self.quantity.name == STATUS
 
 
 class Judging(QObject):
@@ -190,7 +192,7 @@ def judge_by(quantity: Quantity, results: Results, report: Report) -> Judged:
         role: summarize(own, areas[role], quantity, within=high) for role, own in known.items()
     }
     low = -high if quantity.is_signed else 0.0
-    if quantity.name == "status":
+    if quantity.name == STATUS:
         palette = np.array(STATUS_COLORS, dtype=np.uint8)
         colors = {role: palette[own.astype(int)] for role, own in known.items()}
         return Judged(quantity, moved, surfaces, colors, summaries, 0.0, len(STATUS_NAMES) - 1.0)

@@ -34,7 +34,7 @@ from flyreg_gui.drops import Drops
 from flyreg_gui.files import FileCommands
 from flyreg_gui.garbage import GarbageCollector
 from flyreg_gui.help_window import HelpWindow, help_pages
-from flyreg_gui.judging import ORIGINS, Judging
+from flyreg_gui.judging import ORIGINS, PLAIN, STATUS, Judging
 from flyreg_gui.keymap import Keymap
 from flyreg_gui.landmark_commands import LandmarkCommands
 from flyreg_gui.landmark_mode import LandmarkMode
@@ -175,6 +175,9 @@ class MainWindow(QMainWindow):
         self.judging.chosen_changed.connect(self._on_judging_chosen)
         self.judging.changed.connect(
             lambda: self.blend.setDisabled(self.judging.is_of_source_alone)
+        )
+        self.fold_alarm.places_asked.connect(
+            lambda on: self.judging.choose(STATUS if on else PLAIN)
         )
         self.coloring.colored.connect(self.landmarks.model.show_colors)
         self.steps.tunnels.drill_asked.connect(self.actions_by_name["drill"].toggle)
@@ -324,6 +327,7 @@ class MainWindow(QMainWindow):
 
     def _on_judging_chosen(self, name: str) -> None:
         self.actions_by_name["origins"].setChecked(name == ORIGINS)
+        self.fold_alarm.places_button.setChecked(name == STATUS)
 
     def _on_blend(self, per_cent: int) -> None:
         self.view_area.set_blend(per_cent / 100)

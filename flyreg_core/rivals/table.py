@@ -23,7 +23,7 @@ from flyreg_core.rivals.rival import Rival
 from flyreg_core.rivals.unmoved import leave
 
 RIVALS = (
-    Rival("none", "As the files lie", "as the files lie", leave, is_aligned=False),
+    Rival("none", "As the files lie", "nothing is moved", leave, is_aligned=False),
     Rival(
         "alignment",
         "Affine alignment",

@@ -204,7 +204,7 @@ def test_points_that_cannot_be_read_are_a_sentence(qtbot, dialog, tmp_path):
     qtbot.keyClicks(dialog.points.name, str(path))
     qtbot.mouseClick(dialog.start_button, LEFT)
     qtbot.waitUntil(lambda: "has no columns x, y, z, x_target" in dialog.note.text())
-    assert dialog.table.text("none", "Mean") == "as the files lie"
+    assert dialog.table.text("none", "Mean") == "nothing is moved"
     assert workers() == []
 
 

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 pytest.importorskip("PySide6")
+from flyreg_gui.judging import PLAIN, STATUS, STATUS_COLORS
 from PySide6.QtCore import Qt
 
 from flyreg_core.edits import add_pair, set_smoothing
 from flyreg_core.landmarks import LandmarkPair
+from flyreg_core.vertex_quantities import STATUS_NAMES
 from tests.app.hands import CONTROL, LEFT, press, settle
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
@@ -86,6 +88,14 @@ def test_a_wrong_click_that_folds_the_surface_is_named_wherever_it_folds(qtbot, 
     settle(qtbot, window)
     alarm = window.fold_alarm
     assert alarm.isVisible()
+    qtbot.mouseClick(alarm.places_button, LEFT)  # colours tell where
+    assert window.judging.chosen == STATUS
+    qtbot.waitUntil(lambda: window.judging.is_up_to_date)
+    mended = STATUS_COLORS[STATUS_NAMES.index("fold mended")]
+    assert (window.judging.judged.colors["source"] == mended).all(axis=1).any()
+    assert not window.view_area.frames[0].legend.isHidden()
+    qtbot.mouseClick(alarm.places_button, LEFT)
+    assert window.judging.chosen == PLAIN
     away = window.session.results.judgement.leave_one_out_um["wrong"]
     assert f"“wrong click” stands out: the other landmarks would put it {away:.0f} µm" in alarm.text
     qtbot.mouseClick(alarm.weaken_button, LEFT)

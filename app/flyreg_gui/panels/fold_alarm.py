@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QToolButton
 
 from flyreg_core import edits
@@ -90,6 +90,8 @@ class FoldAlarm(QFrame):
     The few folds that are mended before the user did anything are told by the status bar alone.
     """
 
+    places_asked = Signal(bool)  # whether colours are to tell where it folded
+
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.setObjectName("alarm")
@@ -102,6 +104,9 @@ class FoldAlarm(QFrame):
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self.weaken_button, self.smooth_button = QPushButton("Weaken"), QPushButton("Smooth")
+        self.places_button = QPushButton("Show where")
+        self.places_button.setCheckable(True)
+        self.places_button.setToolTip("Colour the brains by where folds were mended, or no longer")
         self.close_button = QToolButton()
         self.close_button.setText("✕")
         self.close_button.setAutoRaise(True)
@@ -114,9 +119,11 @@ class FoldAlarm(QFrame):
         layout.setColumnStretch(0, 1)
         buttons.addWidget(self.weaken_button)
         buttons.addWidget(self.smooth_button)
+        buttons.addWidget(self.places_button)
         buttons.addStretch(1)
         self.weaken_button.clicked.connect(self.weaken)
         self.smooth_button.clicked.connect(self.raise_smoothing)
+        self.places_button.clicked.connect(self.places_asked)
         self.close_button.clicked.connect(self._on_dismissed)
         session.results_changed.connect(self._on_results)
         self.hide()

@@ -180,8 +180,11 @@ class SmoothingCurve(QWidget):
             self._write(painter, LATE, theme.faint)
 
     def _write(self, painter: QPainter, text: str, ink: tuple[int, int, int]) -> None:
+        """Write in the upper right corner, over a piece of ground if the curve runs there."""
+        corner = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop
+        painter.fillRect(painter.boundingRect(self.rect(), corner, text), self.palette().window())
         painter.setPen(QColor(*ink))
-        painter.drawText(self.rect(), Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop, text)
+        painter.drawText(self.rect(), corner, text)
 
     def _x(self, smoothing: float) -> float:
         """Return where the handle of the slider stands at a smoothing."""
