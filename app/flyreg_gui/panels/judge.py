@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QRect, QSignalBlocker, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent
+from PySide6.QtCore import QPoint, QRect, QSignalBlocker, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPolygon
 from PySide6.QtWidgets import (
     QComboBox,
     QFormLayout,
@@ -52,7 +52,7 @@ class Histogram(QWidget):
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw the bars, their base and the range."""
+        """Draw the bars, their outline, which pale ones need, their base and the range."""
         judged, theme = self._judged, self._theme
         if judged is None or theme is None or self._role not in judged.summaries:
             return
@@ -62,12 +62,14 @@ class Histogram(QWidget):
         span = judged.high - judged.low or 1.0
         middles = (summary.edges[:-1] + summary.edges[1:]) / 2
         colors = judged.color_map((middles - judged.low) / span)
+        outline = [QPoint(0, HEIGHT)]
         for bar, (share, color) in enumerate(zip(summary.shares, colors, strict=True)):
             left, right = (round(edge * self.width() / count) for edge in (bar, bar + 1))
             height = round(float(share) / tallest * HEIGHT)
             painter.fillRect(left, HEIGHT - height, right - left, height, QColor(*map(int, color)))
-            painter.fillRect(left, HEIGHT - height, right - left, 1, QColor(*theme.faint))
+            outline += [QPoint(edge, HEIGHT - height) for edge in (left, right - 1)]
         painter.setPen(QColor(*theme.faint))
+        painter.drawPolyline(QPolygon(outline))
         painter.drawLine(0, HEIGHT, self.width(), HEIGHT)
         painter.setPen(QColor(*theme.text))
         line = QRect(0, HEIGHT + 2, self.width(), self.fontMetrics().height())
