@@ -106,7 +106,17 @@ def remarks_on(facts: Mapping[str, Any]) -> Sequence[str]:
         remarks.append(
             f"{facts['points_outside']} of the points are too far from the main brain and are left out."
         )
+    if not _has_errors(facts):
+        remarks.append(
+            "The target registration error (TRE) is measured where a file of corresponding points is "
+            "given (--points)."
+        )
     return remarks
+
+
+def _has_errors(facts: Mapping[str, Any]) -> bool:
+    """Tell whether there was anything to measure the target registration error on."""
+    return any(row["tre_mean_um"] is not None for row in facts["rows"])
 
 
 def cells_of(row: Mapping[str, Any]) -> tuple[str, ...]:
@@ -170,8 +180,9 @@ def _as_page(facts: Facts, pictures: Mapping[str, Picture]) -> str:
     read = json.loads(json.dumps(facts))
     files = {name: webp_bytes(picture) for name, picture in pictures.items()}
     more = {"titles": TITLES, "pictures": files, "size": SIZE}
-    has_errors = any(row["tre_mean_um"] is not None for row in read["rows"])
-    return fill_page(TEMPLATE, read, remarks=remarks_on(read)[1:], has_errors=has_errors, **more)
+    return fill_page(
+        TEMPLATE, read, remarks=remarks_on(read)[1:], has_errors=_has_errors(read), **more
+    )
 
 
 def _as_csv(facts: Mapping[str, Any]) -> str:

@@ -134,6 +134,14 @@ def test_a_rival_that_cannot_is_a_row_that_says_why(compared: Path) -> None:
     assert [line.split()[0] for line in table[1:6]] == list(rows)
     assert table[3] == f"icp-plane  {missing['status']}"
     assert f"{rows['flyreg']['mean_um']:.3f}" in table[5]
+    assert not any("--points" in line for line in table)  # there are points
+
+
+def test_without_points_it_is_said_how_to_have_the_registration_error(compared: Path) -> None:
+    facts = facts_of(compared)
+    for row in facts["rows"]:
+        row["tre_mean_um"] = row["tre_p95_um"] = None
+    assert "--points" in as_table(facts).splitlines()[-1]
 
 
 def test_meshes_pictures_and_tables_are_written(compared: Path) -> None:
