@@ -31,18 +31,25 @@ QUERIES = 2500
 CENTERS = 300
 """Places at which space can be bent."""
 SIMILARITY_ROUNDS = 40
-ROUNDS = 30
-STIFFNESS = np.geomspace(1.0, 1e-4, ROUNDS)
+LEAST_ROUNDS, MOST_ROUNDS = 20, 39
+STIFFNESS = 0.73 ** np.arange(MOST_ROUNDS)
 """Price of bending in each round: at first only the whole brain bends, at last single lobes."""
-DETAIL = np.geomspace(0.1, 1.0, ROUNDS)
+DETAIL = np.minimum(0.1 * 1.083 ** np.arange(MOST_ROUNDS), 1.0)
 """Share of the bumps and of the queries that each round uses: stiff ones need no detail."""
-STRAIN = 3.0
+PAID_UM2 = 2.0
+"""No round follows one in which all bending costs no more than this: what softer ones would gain
+lies within the 1.4 micrometres to which the outline of a brain is known."""
+PAST_HEIGHT = 0.5
+"""The cost of bending rises first: it counts when it has fallen to this share of its height."""
+LEAST_VOLUME = 0.1
+"""No place of a skin may shrink to less of its volume: bent softer, space would fold there."""
+STRAIN = 1.0
 """Price of strain of the whole brain, against 1 of bending."""
-ALONG = 0.3
+ALONG = 0.1
 """Weight of what is off along the surface, against 1 across it."""
 TANGENT_UM = 1.0
 """How far apart places are by whose motion a normal is turned."""
-INVERSE_ROUNDS, INVERSE_UM = 50, 1e-6
+INVERSE_ROUNDS, INVERSE_UM = 20, 1e-6
 N_AFFINE = 4
 
 
@@ -104,13 +111,17 @@ class ShapeMap:
         return np.asarray(start + self.basis.combined(start, self.coefficients))
 
     def _undone(self, points: Floats) -> Floats:
-        undo = self.similarity.inverse()
-        found = undo(points)
+        found = self.similarity.inverse()(points)
         for _ in range(INVERSE_ROUNDS):
-            missing = points - self._done(found)
-            found = found + missing @ undo.matrix.T
+            here = self._done(found)
+            missing = points - here
             if np.abs(missing).max(initial=0.0) < INVERSE_UM:
                 break
+            sides = [
+                (self._done(found + TANGENT_UM * axis) - here) / TANGENT_UM for axis in np.eye(3)
+            ]
+            slope = np.stack(sides, axis=2)
+            found = found + np.linalg.solve(slope, missing[:, :, np.newaxis])[:, :, 0]
         return np.asarray(found)
 
     def turned(self, points: Floats, normals: Floats) -> Floats:
@@ -148,6 +159,9 @@ def fit_shape_map(
     part|^2), M the weighting of what is off along and across the surface, w small for far pairs.
     The bending energy is that of the spline in space with kernel -r. A similarity costs nothing.
     Without a price, shears of several degrees fit the outsides of smooth brains as well as none.
+    How soft the last round is depends on the pair: the more two brains differ, the softer.
+    Ending at stiffness |bending|^2 = PAID_UM2 is to minimise misfit + PAID_UM2 log |bending|^2,
+    a price that takes no size of the bends for granted.
 
     References
     ----------
@@ -215,8 +229,9 @@ def _bend(skin: Skin, goal: Skin, basis: BendingBasis, report: Report) -> Floats
     tree = KDTree(goal.features)
     coefficients = np.zeros((values.shape[1], 3))
     used = N_AFFINE
+    highest = 0.0
     for done, (stiffness, detail) in enumerate(zip(STIFFNESS, DETAIL, strict=True)):
-        report(done / ROUNDS, "bending one brain to the other")
+        report(done / MOST_ROUNDS, "bending one brain to the other")
         some, others = (
             np.arange(0, len(points), max(1, round(len(points) / (QUERIES * detail))))
             for points in (skin.points, goal.points)
@@ -234,7 +249,14 @@ def _bend(skin: Skin, goal: Skin, basis: BendingBasis, report: Report) -> Floats
             goal.normals[partner],
             weights / weights.sum(),
         )
-        coefficients[:used] = _solve(values[pulled, :used], pull, goals, stiffness)
+        bent = _solve(values[pulled, :used], pull, goals, stiffness)
+        if _least_volume(skin, basis, bent) < LEAST_VOLUME:
+            break
+        coefficients[:used] = bent
+        paid = stiffness * float((coefficients[N_AFFINE:] ** 2).sum())
+        highest = max(highest, paid)
+        if done >= LEAST_ROUNDS and paid < min(PAID_UM2, PAST_HEIGHT * highest):
+            break
     return coefficients
 
 
@@ -244,6 +266,18 @@ def _moved(skin: Skin, basis: BendingBasis, coefficients: Floats) -> Floats:
     here, *sides = (place + basis.combined(place, coefficients) for place in places)
     first, second = (side - here for side in sides)
     return np.hstack([here, NORMAL_UM * _unit(np.cross(first, second))])
+
+
+def _least_volume(skin: Skin, basis: BendingBasis, coefficients: Floats) -> float:
+    """Return what is left of a unit of volume where a displacement squeezes a skin most."""
+    some = slice(None, None, max(1, len(skin.points) // QUERIES))
+    points, normals = skin.points[some], skin.normals[some]
+    here = points + basis.combined(points, coefficients)
+    sides = [
+        points + TANGENT_UM * side + basis.combined(points + TANGENT_UM * side, coefficients) - here
+        for side in (*_tangents(normals), normals)
+    ]
+    return float(np.linalg.det(np.stack(sides, axis=1) / TANGENT_UM).min())
 
 
 def _tangents(normals: Floats) -> tuple[Floats, Floats]:

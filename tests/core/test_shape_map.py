@@ -1,11 +1,18 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from flyreg_resources.demo import deform
 
 from flyreg_core.affine import AffineMap
+from flyreg_core.alignment import align
+from flyreg_core.brain_files import open_brain, read_brain
 from flyreg_core.mesh import SurfaceMesh
+from flyreg_core.pose import find_frame
+from flyreg_core.progress import ignore
 from flyreg_core.shape_map import (
     ALONG,
+    LEAST_VOLUME,
     STRAIN,
     _pulls,
     _solve,
@@ -43,6 +50,28 @@ def test_it_finds_most_of_a_known_deformation(source, shape_map):
 def test_it_can_be_gone_back(source, shape_map):
     there = shape_map(source.vertices)
     assert np.abs(shape_map.back(there) - source.vertices).max() < 1e-5
+
+
+def test_it_can_be_gone_back_where_space_is_stretched_threefold(source, shape_map):
+    """Steps that take no slope into account swing ever wider there."""
+    stretching = np.zeros_like(shape_map.coefficients)
+    stretching[1:4] = 2 * shape_map.basis.scale * np.eye(3)
+    stretching[4:] = shape_map.coefficients[4:]
+    stretched = replace(shape_map, coefficients=stretching)
+    there = stretched(source.vertices)
+    assert np.abs(stretched.back(there) - source.vertices).max() < 1e-5
+
+
+def test_space_does_not_fold_where_the_target_lacks_the_lobes():
+    """IS2 ends where the optic lobes of FCWB begin; these have next to nothing to lie on."""
+    whole, cropped = (read_brain(open_brain(name)) for name in ("FCWB", "IS2"))
+    start = align(whole, cropped, find_frame(whole), find_frame(cropped), ignore).to_target
+    found = fit_shape_map(whole, cropped, start)
+    points = whole.vertices[::10]
+    sides = [found(points + step) - found(points) for step in np.eye(3)]
+    volume = np.linalg.det(np.stack(sides, axis=1)) / np.linalg.det(found.similarity.matrix)
+    assert volume.min() > 0.5 * LEAST_VOLUME
+    assert np.abs(found.back(found(points)) - points).max() < 1e-5
 
 
 def test_normals_turn_with_the_surface(source, shape_map):
