@@ -14,6 +14,8 @@ SMOOTHINGS = np.geomspace(1e-6, 1e2, 65)
 """Values of lambda that are compared."""
 AS_GOOD = 1.05
 """Landmarks are foretold as well by two smoothings whose errors differ by less than this factor."""
+AGREED = 1e-9
+"""Landmarks foretold to this share of the domain's width, up to rounding, leave nothing to smooth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +45,10 @@ FALLS_TO_THE_END = (
     "Cross-validation speaks for no smoothing: the landmarks foretell each other the better the "
     "less the spline bends, to the end of the scale. Most of them say what their neighbours say; "
     "to smooth so much would ignore what a single one says alone."
+)
+ALL_AGREE = (
+    "Cross-validation speaks for no smoothing: each landmark lies already where all others put it, "
+    "so that every smoothing gives the same."
 )
 FLAT = (
     "Cross-validation speaks for no other smoothing: with the present one the landmarks foretell "
@@ -78,8 +84,10 @@ class CrossValidation:
 
         It speaks for none where it falls to the end of the scale: there the spline is an affine
         map, which foretells landmarks as well as any other if most of them say what their
-        neighbours say, and lets none of them have its way. Nor where it is flat.
+        neighbours say, and lets none of them have its way. Nor where it is flat, or but rounding.
         """
+        if self.scores.min() < AGREED**2:
+            return Advice(None, ALL_AGREE)
         if self.error_at(float(self.smoothings[-1])) < AS_GOOD:
             return Advice(None, FALLS_TO_THE_END)
         if self.error_at(smoothing) < AS_GOOD:

@@ -25,7 +25,7 @@ from flyreg_core.progress import Report
 FEWEST_POINTS = 1000
 FINEST_UM = 2.0
 """Points nearer to each other become one, and no grid is finer: a voxel of the solid has 2 to 5 um."""
-PITCH = 1.25
+PITCH = 1.1
 """Edge of a voxel, in spacings of the points."""
 MOST_VOXELS = 12_000_000
 MARGIN = 6

@@ -8,6 +8,7 @@ from PySide6.QtGui import QCursor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
 
+from flyreg_core import edits
 from flyreg_core.landmarks import LandmarkPair
 
 LEFT = Qt.MouseButton.LeftButton
@@ -51,16 +52,25 @@ def pixel(canvas, point):
 def pulling_aside(results, place):
     """A pair that takes the source's surface nearest to a place 15 µm away on the target.
 
-    Both ends lie on a half; on the caps of the trim planes nothing pulls.
+    Both ends lie on one half; on the caps of the trim planes nothing pulls, nor across the cut.
     """
     halves = results.source.halves.values()
-    on_halves = np.unique(np.concatenate([half.vertex_of for half in halves]))
-    source = results.source.surface.vertices[on_halves]
-    moved = results.registration.surface.vertices[on_halves]
-    start = np.linalg.norm(source - place, axis=1).argmin()
-    away = np.linalg.norm(moved - moved[start], axis=1)
-    ends = (tuple(source[start].tolist()), tuple(moved[np.abs(away - 15.0).argmin()].tolist()))
+    source, moved = results.source.surface.vertices, results.registration.surface.vertices
+    nearest = [np.linalg.norm(source[half.vertex_of] - place, axis=1).min() for half in halves]
+    own = list(halves)[int(np.argmin(nearest))].vertex_of
+    start = own[np.linalg.norm(source[own] - place, axis=1).argmin()]
+    away = np.linalg.norm(moved[own] - moved[start], axis=1)
+    goal = own[np.abs(away - 15.0).argmin()]
+    ends = (tuple(source[start].tolist()), tuple(moved[goal].tolist()))
     return LandmarkPair("mine", "mine", "interior", None, *ends, weight=100.0)
+
+
+def open_with_a_pull(qtbot, window):
+    """Open the project once more with a landmark that pulls aside: all others agree without a bend."""
+    results = window.session.results
+    mine = pulling_aside(results, results.landmarks[-1].source_point)
+    window.session.open(edits.add_pair(window.session.project, mine))
+    settle(qtbot, window)
 
 
 def put_mouse_away():

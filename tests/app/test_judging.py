@@ -14,7 +14,7 @@ from PySide6.QtCore import Qt
 from flyreg_core.progress import ignore
 from flyreg_core.seam import examine_seam
 from flyreg_core.vertex_quantities import QUANTITIES, quantity_named
-from tests.app.hands import LONG_MS, drag, drawn, press, settle
+from tests.app.hands import LONG_MS, drag, drawn, open_with_a_pull, press, settle
 from tests.app.test_window import slider_position
 
 pytestmark = [pytest.mark.window, pytest.mark.filterwarnings("default")]
@@ -125,6 +125,7 @@ def test_values_of_the_source_alone_are_not_tinted_by_the_target(qtbot, window):
 
 
 def test_while_a_slider_moves_the_shape_goes_ahead_of_its_colours(qtbot, window):
+    open_with_a_pull(qtbot, window)
     found = judged(qtbot, window, "beyond_affine")
     view, slider = window.view_area.registered, window.landmarks.smoothing_slider
     seen = [drawn(view)]

@@ -98,9 +98,9 @@ def test_the_report_tells_how_well_each_landmark_is_foretold(registered: Path) -
 
 
 def test_the_report_tells_what_the_residual_costs_in_bending_for_each_smoothing(
-    registered: Path,
+    with_options: Path,
 ) -> None:
-    report = report_of(registered)
+    report = report_of(with_options)
     curve = report["residual_against_bending"]
     assert curve["smoothings"] == report["smoothing_by_cross_validation"]["smoothings"]
     residuals, energies = curve["residuals_rms_um"], curve["bending_energies"]

@@ -147,6 +147,14 @@ def test_landmarks_that_hardly_bend_speak_for_no_smoothing_that_would_erase_one_
     assert "to the end of the scale" in advice.reason
 
 
+def test_landmarks_that_agree_to_rounding_speak_for_no_smoothing():
+    scores, _, _ = curve(lambda sources, rng: sources + rng.normal(scale=1e-15, size=sources.shape))
+    for present in SMOOTHINGS[::8]:
+        advice = scores.advise(present)
+        assert advice.smoothing is None
+        assert "every smoothing gives the same" in advice.reason
+
+
 @given(seed=SEEDS, present=SMOOTHING, kind=st.sampled_from([bent_and_noisy, nearly_affine]))
 def test_what_is_advised_foretells_clearly_better_than_the_present_smoothing(seed, present, kind):
     scores, _, _ = curve(kind, seed)
