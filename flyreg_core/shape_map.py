@@ -12,13 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, polar
 from scipy.spatial import KDTree
-from scipy.spatial.distance import cdist
 
 from flyreg_core.affine import AffineMap
+from flyreg_core.bending_basis import N_AFFINE, BendingBasis, make_basis
 from flyreg_core.closest_points import TOLERANCE, fit_skins
 from flyreg_core.mesh import Floats, Integers, SurfaceMesh
 from flyreg_core.progress import Report, ignore, within
@@ -28,8 +27,6 @@ SAMPLES = 16_000
 """Points drawn on each surface."""
 QUERIES = 2500
 """About how many points of each skin look for a partner in each round."""
-CENTERS = 300
-"""Places at which space can be bent."""
 SIMILARITY_ROUNDS = 40
 LEAST_ROUNDS, MOST_ROUNDS = 20, 39
 STIFFNESS = 0.73 ** np.arange(MOST_ROUNDS)
@@ -50,39 +47,6 @@ ALONG = 0.1
 TANGENT_UM = 1.0
 """How far apart places are by whose motion a normal is turned."""
 INVERSE_ROUNDS, INVERSE_UM = 20, 1e-6
-N_AFFINE = 4
-
-
-@dataclass(frozen=True, eq=False)
-class BendingBasis:
-    """Functions of space: 1, x, y, z and bumps whose squared coefficients add up to bending energy."""
-
-    centers: Floats  # (k, 3)
-    middle: Floats  # (3,)
-    scale: float  # micrometres, the length that counts as 1
-    modes: Floats  # (k, k - 4)
-
-    def __call__(self, points: Floats) -> Floats:
-        """Return (n, k) values at (n, 3) points."""
-        values = np.zeros((len(points), N_AFFINE + self.modes.shape[1]))
-        values[:, 0] = 1
-        values[:, 1:N_AFFINE] = (points - self.middle) / self.scale
-        np.matmul(cdist(points, self.centers), self.modes / -self.scale, out=values[:, N_AFFINE:])
-        return values
-
-    def combined(self, points: Floats, coefficients: Floats) -> Floats:
-        """Return `self(points) @ coefficients`, (n, 3), without the table of all values.
-
-        Parameters
-        ----------
-        coefficients : (k', 3) float
-            Of the first k' functions; the rest count 0.
-        """
-        smooth, bumps = coefficients[:N_AFFINE], coefficients[N_AFFINE:]
-        of_centers = self.modes[:, : len(bumps)] @ bumps / -self.scale
-        result = smooth[0] + (points - self.middle) / self.scale @ smooth[1:]
-        _add_distances(points, self.centers, of_centers, result)
-        return np.asarray(result)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +144,7 @@ def fit_shape_map(
         within(report, 0.05, 0.2),
     )
     skin = own.moved(similarity)
-    basis = _basis(skin.points)
+    basis = make_basis(skin.points)
     return ShapeMap(similarity, basis, _bend(skin, goal, basis, within(report, 0.2, 1.0)))
 
 
@@ -188,39 +152,6 @@ def _nearest_similarity(by: AffineMap, middle: Floats) -> AffineMap:
     turn, stretch = polar(by.matrix)
     matrix = np.cbrt(np.linalg.det(stretch)) * turn
     return AffineMap(matrix, by(middle) - matrix @ middle)
-
-
-def _basis(points: Floats) -> BendingBasis:
-    centers = points[spread_out(points, CENTERS)]
-    scale = float(np.ptp(points, axis=0).max())
-    middle = centers.mean(axis=0)
-    affine = np.column_stack([np.ones(len(centers)), (centers - middle) / scale])
-    complement = np.linalg.qr(affine, mode="complete")[0][:, N_AFFINE:]
-    energy = complement.T @ (-cdist(centers, centers) / scale) @ complement
-    values, vectors = np.linalg.eigh(energy)  # positive: -r is conditionally so
-    smoothest_first = (vectors / np.sqrt(values))[:, ::-1]
-    return BendingBasis(centers, middle, scale, complement @ smoothest_first)
-
-
-def spread_out(points: Floats, count: int) -> Integers:
-    """Return the numbers of up to `count` (n, 3) points, each the farthest from all before it."""
-    return _spread_out(np.ascontiguousarray(points), min(count, len(points)))
-
-
-@njit(nogil=True, cache=True)
-def _spread_out(points: Floats, count: int) -> Integers:
-    chosen = np.zeros(count, dtype=np.int64)
-    away = np.full(len(points), np.inf)
-    for number in range(1, count):
-        x, y, z = points[chosen[number - 1]]
-        farthest = 0
-        for k in range(len(points)):
-            dx, dy, dz = points[k, 0] - x, points[k, 1] - y, points[k, 2] - z
-            away[k] = min(away[k], np.sqrt(dx * dx + dy * dy + dz * dz))
-            if away[k] > away[farthest]:
-                farthest = k
-        chosen[number] = farthest
-    return chosen
 
 
 def _bend(skin: Skin, goal: Skin, basis: BendingBasis, report: Report) -> Floats:
@@ -232,22 +163,14 @@ def _bend(skin: Skin, goal: Skin, basis: BendingBasis, report: Report) -> Floats
     highest = 0.0
     for done, (stiffness, detail) in enumerate(zip(STIFFNESS, DETAIL, strict=True)):
         report(done / MOST_ROUNDS, "bending one brain to the other")
-        some, others = (
-            np.arange(0, len(points), max(1, round(len(points) / (QUERIES * detail))))
-            for points in (skin.points, goal.points)
-        )
         moved = _moved(skin, basis, coefficients[:used])
-        apart, there = tree.query(moved[some])
-        apart_back, back = KDTree(moved, balanced_tree=False).query(goal.features[others])
-        away = np.concatenate([apart, apart_back])
-        weights = (1 + (away / (TOLERANCE * np.median(away) + 1e-9)) ** 2) ** -2
-        place, partner = np.concatenate([some, back]), np.concatenate([there, others])
+        place, partner, weights = _pairs(moved, goal, tree, round(QUERIES * detail))
         used = N_AFFINE + round(detail * (len(coefficients) - N_AFFINE))
         pulled, pull, goals = _pulls(
             place,
             goal.points[partner] - skin.points[place],
             goal.normals[partner],
-            weights / weights.sum(),
+            weights,
         )
         bent = _solve(values[pulled, :used], pull, goals, stiffness)
         if _least_volume(skin, basis, bent) < LEAST_VOLUME:
@@ -258,6 +181,33 @@ def _bend(skin: Skin, goal: Skin, basis: BendingBasis, report: Report) -> Floats
         if done >= LEAST_ROUNDS and paid < min(PAID_UM2, PAST_HEIGHT * highest):
             break
     return coefficients
+
+
+def _pairs(
+    moved: Floats, goal: Skin, tree: KDTree, queries: int
+) -> tuple[Integers, Integers, Floats]:
+    """Return pairs of places of two skins, most like each other, from one to the other and back.
+
+    Parameters
+    ----------
+    moved : (n, 6) float
+        Features of the source's skin, moved; those of the goal are in the tree.
+
+    Returns
+    -------
+    (p,) int, (p,) int, (p,) float
+        Numbers of places of both skins, and weights that add up to 1, small for pairs far apart.
+    """
+    some, others = (
+        np.arange(0, count, max(1, round(count / queries)))
+        for count in (len(moved), len(goal.points))
+    )
+    apart, there = tree.query(moved[some])
+    apart_back, back = KDTree(moved, balanced_tree=False).query(goal.features[others])
+    away = np.concatenate([apart, apart_back])
+    weights = (1 + (away / (TOLERANCE * np.median(away) + 1e-9)) ** 2) ** -2
+    places = np.concatenate([some, back]), np.concatenate([there, others])
+    return *places, weights / weights.sum()
 
 
 def _moved(skin: Skin, basis: BendingBasis, coefficients: Floats) -> Floats:
@@ -350,24 +300,6 @@ def _weighted_squares(at: Floats, weights: Floats) -> Floats:
     """Return at.T @ diag(weights) @ at for weights that are not negative, up to rounding."""
     scaled = at * np.sqrt(np.maximum(weights, 0))[:, np.newaxis]
     return np.asarray(scaled.T @ scaled)  # numpy sees one matrix and computes one triangle only
-
-
-@njit(nogil=True, cache=True, fastmath={"reassoc", "contract"})
-def _add_distances(points: Floats, centers: Floats, weights: Floats, result: Floats) -> None:
-    """Add to an (n, 3) result the distances of (n, 3) points to (k, 3) centers, weighted (k, 3)."""
-    x, y, z = centers[:, 0].copy(), centers[:, 1].copy(), centers[:, 2].copy()
-    u, v, w = weights[:, 0].copy(), weights[:, 1].copy(), weights[:, 2].copy()
-    for row in range(len(points)):
-        first = second = third = 0.0
-        for k in range(len(x)):
-            a, b, c = points[row, 0] - x[k], points[row, 1] - y[k], points[row, 2] - z[k]
-            distance = np.sqrt(a * a + b * b + c * c)
-            first += u[k] * distance
-            second += v[k] * distance
-            third += w[k] * distance
-        result[row, 0] += first
-        result[row, 1] += second
-        result[row, 2] += third
 
 
 def _strain_energy() -> Floats:

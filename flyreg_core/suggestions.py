@@ -12,7 +12,8 @@ from flyreg_core.errors import LandmarkError
 from flyreg_core.landmarks import HALVES, SUGGESTED, HalfName, LandmarkPair
 from flyreg_core.lay_over import TOLERANCE, find_partners
 from flyreg_core.mesh import Floats, Integers
-from flyreg_core.shape_map import ShapeMap, spread_out
+from flyreg_core.shape_map import ShapeMap
+from flyreg_core.spread_out import spread_out
 
 STRONGEST = 0.1
 """Weight of a suggestion that is quite sure, so that a pair of the user's own wins over it."""

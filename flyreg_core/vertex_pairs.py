@@ -14,7 +14,7 @@ from flyreg_core.files import write_atomically
 from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import Integers
 from flyreg_core.results import Results
-from flyreg_core.shape_map import spread_out
+from flyreg_core.spread_out import spread_out
 
 PAIRS = 1000
 COLUMNS = ("x", "y", "z", "x_registered", "y_registered", "z_registered")

@@ -18,7 +18,6 @@ from flyreg_core.shape_map import (
     _solve,
     _strain_energy,
     fit_shape_map,
-    spread_out,
 )
 
 IDENTITY = AffineMap(np.eye(3), np.zeros(3))
@@ -99,12 +98,6 @@ def test_a_mirror_image_is_mirrored_back(source):
     turned = found.turned(moved.vertices, moved.vertex_normals)
     likeness = (turned * source.vertex_normals).sum(axis=1)
     assert np.quantile(likeness, 0.05) > 0.95
-
-
-def test_points_are_spread_out():
-    line = np.column_stack([np.arange(101.0), np.zeros(101), np.zeros(101)])
-    assert sorted(spread_out(line, 5)) == [0, 25, 50, 75, 100]
-    assert len(spread_out(line, 500)) == 101
 
 
 def test_combining_functions_gives_what_the_table_of_their_values_gives(source, shape_map):
