@@ -48,6 +48,10 @@ class BendingBasis:
         _add_distances(points, self.centers, of_centers, result)
         return np.asarray(result)
 
+    def moved(self, points: Floats, coefficients: Floats) -> Floats:
+        """Return where a displacement with (k', 3) coefficients takes (n, 3) points."""
+        return np.asarray(points + self.combined(points, coefficients))
+
 
 def make_basis(points: Floats) -> BendingBasis:
     """Return a basis with centers spread out over (n, 3) points, the smoothest bumps first."""

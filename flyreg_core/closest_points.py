@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from flyreg_core.affine import AffineMap, fit_affine, fit_similarity
+from flyreg_core.mesh import Floats, Integers
 from flyreg_core.progress import Report
 from flyreg_core.skin import Skin
 
@@ -49,28 +50,52 @@ def fit_skins(
     doi:10.1109/34.121791; point-to-plane: Chen, Medioni, Image and Vision Computing 10(3), 1992,
     doi:10.1016/0262-8856(92)90066-C; weights: Geman, McClure 1987.
     """
-    some_source, some_target = _thinned(source, queries), _thinned(target, queries)
-    tree, goal = KDTree(target.features), some_target.features
+    tree = KDTree(target.features)
+    some, others = (
+        np.arange(0, len(skin.points), max(1, len(skin.points) // queries))
+        for skin in (source, target)
+    )
     found = start
     for done in range(rounds):
         report(done / rounds, "aligning the brains")
-        apart, there = tree.query(some_source.moved(found).features)
-        apart_back, back = KDTree(source.moved(found).features, balanced_tree=False).query(goal)
-        away = np.concatenate([apart, apart_back])
-        weights = (1 + (away / (TOLERANCE * np.median(away) + 1e-9)) ** 2) ** -2
-        first = np.concatenate([some_source.points, source.points[back]])
-        last = np.concatenate([target.points[there], some_target.points])
+        place, partner, weights = find_pairs(
+            source.moved(found).features, target.features, tree, some, others
+        )
+        first, last = source.points[place], target.points[partner]
         if freedom == "affine":
-            normals = np.concatenate([target.normals[there], some_target.normals])
-            better = fit_affine(first, last, normals, weights, ALONG)
+            better = fit_affine(first, last, target.normals[partner], weights, ALONG)
         else:
             is_scaled = freedom == "similarity"
             better = fit_similarity(first, last, weights, is_scaled, start.is_mirroring)
-        step = float(np.abs(better(some_source.points) - found(some_source.points)).max())
+        step = float(np.abs(better(source.points[some]) - found(source.points[some])).max())
         found = better
         if step < CONVERGED_UM:
             break
     return found
+
+
+def find_pairs(
+    moved: Floats, goal: Floats, tree: KDTree, some: Integers, others: Integers
+) -> tuple[Integers, Integers, Floats]:
+    """Return pairs of places of two skins that are most like each other, from both sides.
+
+    Parameters
+    ----------
+    moved, goal : (n, 6) and (m, 6) float
+        Features of the source's skin where it lies now, and of the target's, which the tree holds.
+    some, others : (k,) and (l,) int
+        The places of source and target that look for a partner.
+
+    Returns
+    -------
+    (k + l,) int, (k + l,) int, (k + l,) float
+        Places of source and target, and weights, small for pairs far apart.
+    """
+    apart, there = tree.query(moved[some])
+    apart_back, back = KDTree(moved, balanced_tree=False).query(goal[others])
+    away = np.concatenate([apart, apart_back])
+    weights = (1 + (away / (TOLERANCE * np.median(away) + 1e-9)) ** 2) ** -2
+    return np.concatenate([some, back]), np.concatenate([there, others]), weights
 
 
 def misfit(source: Skin, target: Skin, by: AffineMap, queries: int) -> float:

@@ -9,7 +9,9 @@ is sheared that need not be.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy import sparse
@@ -18,7 +20,7 @@ from scipy.spatial import KDTree
 
 from flyreg_core.affine import AffineMap
 from flyreg_core.bending_basis import N_AFFINE, BendingBasis, make_basis
-from flyreg_core.closest_points import TOLERANCE, fit_skins
+from flyreg_core.closest_points import find_pairs, fit_skins
 from flyreg_core.mesh import Floats, Integers, SurfaceMesh
 from flyreg_core.progress import Report, ignore, within
 from flyreg_core.skin import NORMAL_UM, Skin, find_skin
@@ -45,7 +47,7 @@ STRAIN = 1.0
 ALONG = 0.1
 """Weight of what is off along the surface, against 1 across it."""
 TANGENT_UM = 1.0
-"""How far apart places are by whose motion a normal is turned."""
+"""How far apart places are by whose motion it is told how a map turns and stretches."""
 INVERSE_ROUNDS, INVERSE_UM = 20, 1e-6
 
 
@@ -72,7 +74,7 @@ class ShapeMap:
 
     def _done(self, points: Floats) -> Floats:
         start = self.similarity(points)
-        return np.asarray(start + self.basis.combined(start, self.coefficients))
+        return self.basis.moved(start, self.coefficients)
 
     def _undone(self, points: Floats) -> Floats:
         found = self.similarity.inverse()(points)
@@ -81,17 +83,13 @@ class ShapeMap:
             missing = points - here
             if np.abs(missing).max(initial=0.0) < INVERSE_UM:
                 break
-            sides = [
-                (self._done(found + TANGENT_UM * axis) - here) / TANGENT_UM for axis in np.eye(3)
-            ]
-            slope = np.stack(sides, axis=2)
+            slope = np.stack(_slopes(self._done, found, here, tuple(np.eye(3))), axis=2)
             found = found + np.linalg.solve(slope, missing[:, :, np.newaxis])[:, :, 0]
         return np.asarray(found)
 
     def turned(self, points: Floats, normals: Floats) -> Floats:
         """Return the (n, 3) unit normals that a surface through points has after the map."""
-        here = self(points)
-        first, second = (self(points + TANGENT_UM * side) - here for side in _tangents(normals))
+        first, second = _slopes(self, points, self(points), _tangents(normals))
         sense = -1.0 if self.similarity.is_mirroring else 1.0
         return sense * _unit(np.cross(first, second))
 
@@ -163,14 +161,18 @@ def _bend(skin: Skin, goal: Skin, basis: BendingBasis, report: Report) -> Floats
     highest = 0.0
     for done, (stiffness, detail) in enumerate(zip(STIFFNESS, DETAIL, strict=True)):
         report(done / MOST_ROUNDS, "bending one brain to the other")
+        some, others = (
+            np.arange(0, len(points), max(1, round(len(points) / round(QUERIES * detail))))
+            for points in (skin.points, goal.points)
+        )
         moved = _moved(skin, basis, coefficients[:used])
-        place, partner, weights = _pairs(moved, goal, tree, round(QUERIES * detail))
+        place, partner, weights = find_pairs(moved, goal.features, tree, some, others)
         used = N_AFFINE + round(detail * (len(coefficients) - N_AFFINE))
         pulled, pull, goals = _pulls(
             place,
             goal.points[partner] - skin.points[place],
             goal.normals[partner],
-            weights,
+            weights / weights.sum(),
         )
         bent = _solve(values[pulled, :used], pull, goals, stiffness)
         if _least_volume(skin, basis, bent) < LEAST_VOLUME:
@@ -183,38 +185,11 @@ def _bend(skin: Skin, goal: Skin, basis: BendingBasis, report: Report) -> Floats
     return coefficients
 
 
-def _pairs(
-    moved: Floats, goal: Skin, tree: KDTree, queries: int
-) -> tuple[Integers, Integers, Floats]:
-    """Return pairs of places of two skins, most like each other, from one to the other and back.
-
-    Parameters
-    ----------
-    moved : (n, 6) float
-        Features of the source's skin, moved; those of the goal are in the tree.
-
-    Returns
-    -------
-    (p,) int, (p,) int, (p,) float
-        Numbers of places of both skins, and weights that add up to 1, small for pairs far apart.
-    """
-    some, others = (
-        np.arange(0, count, max(1, round(count / queries)))
-        for count in (len(moved), len(goal.points))
-    )
-    apart, there = tree.query(moved[some])
-    apart_back, back = KDTree(moved, balanced_tree=False).query(goal.features[others])
-    away = np.concatenate([apart, apart_back])
-    weights = (1 + (away / (TOLERANCE * np.median(away) + 1e-9)) ** 2) ** -2
-    places = np.concatenate([some, back]), np.concatenate([there, others])
-    return *places, weights / weights.sum()
-
-
 def _moved(skin: Skin, basis: BendingBasis, coefficients: Floats) -> Floats:
     """Return the (n, 6) features of a skin after a displacement."""
-    places = [skin.points, *(skin.points + TANGENT_UM * side for side in _tangents(skin.normals))]
-    here, *sides = (place + basis.combined(place, coefficients) for place in places)
-    first, second = (side - here for side in sides)
+    by = partial(basis.moved, coefficients=coefficients)
+    here = by(skin.points)
+    first, second = _slopes(by, skin.points, here, _tangents(skin.normals))
     return np.hstack([here, NORMAL_UM * _unit(np.cross(first, second))])
 
 
@@ -222,12 +197,24 @@ def _least_volume(skin: Skin, basis: BendingBasis, coefficients: Floats) -> floa
     """Return what is left of a unit of volume where a displacement squeezes a skin most."""
     some = slice(None, None, max(1, len(skin.points) // QUERIES))
     points, normals = skin.points[some], skin.normals[some]
-    here = points + basis.combined(points, coefficients)
-    sides = [
-        points + TANGENT_UM * side + basis.combined(points + TANGENT_UM * side, coefficients) - here
-        for side in (*_tangents(normals), normals)
-    ]
-    return float(np.linalg.det(np.stack(sides, axis=1) / TANGENT_UM).min())
+    by = partial(basis.moved, coefficients=coefficients)
+    sides = _slopes(by, points, by(points), (*_tangents(normals), normals))
+    return float(np.linalg.det(np.stack(sides, axis=1)).min())
+
+
+def _slopes(
+    by: Callable[[Floats], Floats], points: Floats, here: Floats, ways: Sequence[Floats]
+) -> list[Floats]:
+    """Return for each way how far a map goes per step of the points on that way, each (n, 3).
+
+    Parameters
+    ----------
+    here : (n, 3) float
+        Where the map takes the points.
+    ways : sequence of (n, 3) or (3,) float
+        Unit vectors.
+    """
+    return [(by(points + TANGENT_UM * way) - here) / TANGENT_UM for way in ways]
 
 
 def _tangents(normals: Floats) -> tuple[Floats, Floats]:

@@ -137,9 +137,8 @@ class WorkBar(QWidget):
 
     def show_progress(self, fraction: float, text: str) -> None:
         """Say how far the work is."""
-        self.bar.setUpdatesEnabled(
-            False
-        )  # or it is drawn before this returns, and all views with it
+        # or it is drawn before this returns, and all views with it
+        self.bar.setUpdatesEnabled(False)
         self.bar.setValue(round(1000 * fraction))
         self.bar.setUpdatesEnabled(True)
         self._text.setText(f"{text[:1].upper()}{text[1:]}…" if text else "Working…")
