@@ -12,9 +12,7 @@ from flyreg_core.brain_files import open_brain, read_brain
 from tests.core.test_any_input import POINTS, SAME
 from tests.moved import as_torus, vertices_apart
 
-SAMPLES = {"FCWB": 10, "JFRC2": 2, "JRC2018F": 2}
-FEW = 1e-3
-"""Share of the vertices of FCWB that may be farther off in an unlucky sample."""
+SAMPLES = {"FCWB": 20, "JFRC2": 2, "JRC2018F": 2}
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -38,4 +36,4 @@ def test_samples_of_a_brain_are_prepared_as_the_brain_is(
             beyond = int((away > SAME).sum())
             with capsys.disabled():
                 print(f"\n{name} {seed} {form}: at most {away.max():.2f} voxels, {beyond} beyond 2")
-            assert name != "FCWB" or (away > SAME).mean() < FEW
+            assert name != "FCWB" or beyond == 0
