@@ -98,6 +98,11 @@ class Results:
     seconds: Mapping[str, float]  # by stage, 0 where the last result was still good
 
     @cached_property
+    def acting(self) -> int:
+        """How many landmarks pull."""
+        return sum(landmark.weight > 0 for landmark in self.landmarks)
+
+    @cached_property
     def beyond_alignment_um(self) -> Floats:
         """(n,) how far registration took vertices from where the affine alignment had put them."""
         aligned = self.alignment.to_target(self.source.surface.vertices)
@@ -138,11 +143,8 @@ def find_warnings(
         ]
     if lacking := [pair.name for pair in pairs if not pair.is_placed]:
         warnings.append(_lacking(lacking))
-    warnings += [
-        f"landmark {mark.pair.name} lies on different halves, or beyond a trim plane, and is not used"
-        for mark in landmarks
-        if not mark.plane
-    ]
+    if astray := [mark.pair.name for mark in landmarks if not mark.plane]:
+        warnings.append(_astray(astray))
     for half in HALVES:
         warped = registration.halves[half]
         if warped.flipped:
@@ -152,7 +154,20 @@ def find_warnings(
 
 def _lacking(names: list[str]) -> str:
     """Say which landmarks are still to be placed."""
-    listed = ", ".join(names[:MOST_NAMED]) + (" and others" if len(names) > MOST_NAMED else "")
     if len(names) == 1:
-        return f"“{listed}” is not placed on both brains and is not used"
-    return f"{len(names)} landmarks are not placed on both brains and are not used: {listed}"
+        return f"“{names[0]}” is not placed on both brains and is not used"
+    return (
+        f"{len(names)} landmarks are not placed on both brains and are not used: {_listed(names)}"
+    )
+
+
+def _astray(names: list[str]) -> str:
+    """Say which landmarks have no place that both brains share."""
+    where = "different halves, or beyond a trim plane,"
+    if len(names) == 1:
+        return f"landmark {names[0]} lies on {where} and is not used"
+    return f"{len(names)} landmarks lie on {where} and are not used: {_listed(names)}"
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names[:MOST_NAMED]) + (" and others" if len(names) > MOST_NAMED else "")

@@ -136,6 +136,7 @@ class LandmarkTable(QAbstractTableModel):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._rows: list[Row] = []
+        self._told = _told(None, None)  # what the rows follow from
         self._judged = Judged()
         self._judged_of: object = None
         self._italic = QFont()
@@ -145,7 +146,9 @@ class LandmarkTable(QAbstractTableModel):
 
     def show(self, project: Project | None, results: Results | None) -> None:
         """Show the landmarks of a project; `results` may be those of an earlier one."""
-        before, rows = self._rows, _rows(project, results)
+        before, told = self._rows, _told(project, results)
+        is_known = all(a is b for a, b in zip(told, self._told, strict=True))
+        rows, self._told = before if is_known else _rows(project, results), told
         by_id = {row.pair.id: row.pair for row in rows}
         is_new = list(self._by_id) != list(by_id)
         is_judged_anew, was_late = results is not self._judged_of, self._judged.is_late
@@ -321,6 +324,14 @@ class LandmarkTable(QAbstractTableModel):
                 "see whether both ends are at the same place of the brain"
             )
         return _tip(row)
+
+
+def _told(project: Project | None, results: Results | None) -> tuple[object, ...]:
+    """Return all that rows follow from; while lambda is dragged it stays the same."""
+    made = None if results is None else results.landmarks
+    if project is None:
+        return None, None, None, None, made
+    return project.pairs, project.weights, project.muted, project.solo, made
 
 
 def _rows(project: Project | None, results: Results | None) -> list[Row]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QPoint, QSize, Qt
@@ -189,6 +190,9 @@ class MainWindow(QMainWindow):
         )
         self.blend.valueChanged.connect(self._on_blend)
         self.blend.setValue(BLEND_AT_FIRST)
+        for slider in (self.blend, self.view_area.cut_bar.place):
+            slider.sliderPressed.connect(partial(self.view_area.set_moving, True))
+            slider.sliderReleased.connect(partial(self.view_area.set_moving, False))
         self.steps.open_asked.connect(files.open_brains)
         self.steps.export_asked.connect(files.export)
         self.steps.save_asked.connect(files.save)
@@ -204,6 +208,7 @@ class MainWindow(QMainWindow):
         self.neuropils.refused.connect(self.show_problem)
         self.landmarks.look_at_asked.connect(self.view_area.look_at)
         self.view_area.pointer.moved.connect(self.status.show_place)
+        self.view_area.lightened.connect(self.status.show_lightness)
         self.start.open_asked.connect(files.open_brains)
         self.start.project_asked.connect(files.open_project)
         self.start.demo_asked.connect(files.open_demo)

@@ -61,6 +61,7 @@ class Session(QObject):
     remains_changed = Signal(object)  # Remains or None: what is left where preparing failed
     read_changed = Signal()  # what was read of the brains, before there are results
     state_changed = Signal()  # what runs, what failed, what is saved
+    gesture_changed = Signal(bool)  # the user's hand is on it, or off again
     progressed = Signal(float, str)
     ran_beside = Signal(object, object)  # Project and Results that are not of the open project
     failed_beside = Signal(str)  # why there are none
@@ -121,10 +122,12 @@ class Session(QObject):
     def begin_gesture(self) -> None:
         """From now until `end_gesture`, edits are one undo step: a slider drag, a landmark drag."""
         self._gesture = next(self._gestures)
+        self.gesture_changed.emit(True)
 
     def end_gesture(self) -> None:
         """End what `begin_gesture` began."""
         self._gesture = NO_GESTURE
+        self.gesture_changed.emit(False)
         self._measure()
 
     @property

@@ -18,6 +18,11 @@ GAP = (
     "The most that sewing the halves together moved their common boundary along its curve; "
     "in the delivered surface it is closed"
 )
+FEWER = "fewer triangles while it moves"
+STATE = (
+    "Whether what is drawn follows from the project, and the time it took; where drawing is slow, "
+    "what moves has fewer triangles until the hand is off it"
+)
 
 
 class StatusBar(QStatusBar):
@@ -25,7 +30,7 @@ class StatusBar(QStatusBar):
 
     def __init__(self, session: Session) -> None:
         super().__init__()
-        self._session = session
+        self._session, self._is_light = session, False
         self.place, self.hint = QLabel(), QLabel()
         self.folds, self.distance, self.foretold = QLabel(), QLabel(), QLabel()
         self.gap, self.state = QLabel(), QLabel()
@@ -36,7 +41,7 @@ class StatusBar(QStatusBar):
             (self.distance, "Mean distance from the registered surface to the target"),
             (self.foretold, FORETOLD),
             (self.gap, GAP),
-            (self.state, "Whether what is drawn follows from the project, and the time it took"),
+            (self.state, STATE),
         ):
             label.setToolTip(tip)
             self.addPermanentWidget(label)
@@ -53,13 +58,19 @@ class StatusBar(QStatusBar):
         self.place.setText(text)
         self.place.setVisible(bool(text))
 
+    def show_lightness(self, on: bool) -> None:
+        """Say whether what moves is drawn with fewer triangles."""
+        self._is_light = on
+        self._show()
+
     def _show(self, *_news: object) -> None:
         results = self._session.results
         labels = (self.folds, self.distance, self.foretold, self.gap)
         for label, text in zip(labels, _numbers(results), strict=True):
             label.setText(text)
             label.setVisible(bool(text))
-        self.state.setText(_state(self._session))
+        state = _state(self._session)
+        self.state.setText(f"{state}, {FEWER}" if state and self._is_light else state)
 
 
 def _numbers(results: Results | None) -> tuple[str, str, str, str]:

@@ -164,9 +164,8 @@ def _describe_halves(results: Results) -> str:
 
 def _describe_registration(results: Results) -> str:
     flipped = count_folds(results)
-    used = sum(landmark.weight > 0 for landmark in results.landmarks)
     folds = "no folds" if flipped == 0 else f"{flipped} folded triangles"
-    return f"{used} of {len(results.landmarks)} landmarks in use; {folds}"
+    return f"{results.acting} of {len(results.landmarks)} landmarks in use; {folds}"
 
 
 def count_folds(results: Results) -> int:

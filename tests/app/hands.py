@@ -40,7 +40,7 @@ def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
 
 def drawn(view):
     """The vertices that a view draws."""
-    return np.array(view.surface._polydata.points)
+    return np.array(view.surface.polydata.points)
 
 
 def pixel(canvas, point):

@@ -15,7 +15,7 @@ from flyreg_gui.main_window import MainWindow
 from flyreg_gui.views.camera import ViewSpace
 from flyreg_gui.views.canvas import Canvas
 from flyreg_gui.views.flat_view import FlatView
-from flyreg_gui.views.layers import SurfaceLayer
+from flyreg_gui.views.surface_layer import SurfaceLayer
 from flyreg_gui.views.surface_view import SurfaceView
 from PySide6.QtCore import QPointF
 from PySide6.QtWidgets import QApplication, QMainWindow

@@ -109,7 +109,7 @@ def test_the_status_bar_tells_exact_from_preview(qtbot, window):
     assert status.gap.text().startswith("seam ")
     window.session.begin_gesture()
     window.session.edit("λ", set_smoothing(window.session.project, 0.5))
-    assert status.state.text() == "updating…"
+    assert status.state.text().startswith("updating…")
     qtbot.waitUntil(lambda: window.session.is_up_to_date)
     assert status.state.text().startswith("preview")
     assert status.distance.text() == "distance …"

@@ -134,7 +134,7 @@ def test_a_brain_without_tunnels_is_shown_as_read_and_drilled_by_two_clicks(
     assert window.steps.cards[Step.PREPARE].report.state is State.FAILED
     view = window.view_area.source
     raw = window.session.remains.brains["source"].surface
-    assert len(view.surface._polydata.points) == len(raw.vertices)
+    assert len(view.surface.polydata.points) == len(raw.vertices)
     press(qtbot, window, Qt.Key.Key_D)
     canvas = view.canvas
     front = pixel(canvas, np.array([0.0, 10.0, -60.0]))
@@ -157,7 +157,7 @@ def test_a_brain_without_tunnels_is_shown_as_read_and_drilled_by_two_clicks(
     settle(qtbot, window)
     torus = window.session.results.source.torus
     assert torus.chosen_by == "drilled by the user"
-    assert len(view.surface._polydata.points) == len(window.session.results.source.surface.vertices)
+    assert len(view.surface.polydata.points) == len(window.session.results.source.surface.vertices)
     window.actions_by_name["origins"].trigger()
     assert "drilled" in window.view_area.frames[0].legend.text()
     assert "drilled" not in window.view_area.frames[1].legend.text()
@@ -167,12 +167,12 @@ def test_a_brain_without_tunnels_is_shown_as_read_and_drilled_by_two_clicks(
 
 def test_colours_tell_where_the_surface_comes_from_with_a_key(qtbot, window):
     view, frame = window.view_area.source, window.view_area.frames[0]
-    plain = np.array(view.surface._polydata.point_data["color"])
+    plain = np.array(view.surface.polydata.point_data["color"])
     press(qtbot, window, Qt.Key.Key_O)
     assert frame.legend.isVisible()
     assert "original" in frame.legend.text()
     assert "trimmed" in frame.legend.text()
-    colors = np.array(view.surface._polydata.point_data["color"])
+    colors = np.array(view.surface.polydata.point_data["color"])
     assert not np.array_equal(colors, plain)
     from flyreg_gui.views.origins import origins_of
 
@@ -182,7 +182,7 @@ def test_colours_tell_where_the_surface_comes_from_with_a_key(qtbot, window):
     assert len(origins) == len(brain.surface.vertices)
     press(qtbot, window, Qt.Key.Key_O)
     assert not frame.legend.isVisible()
-    np.testing.assert_array_equal(np.array(view.surface._polydata.point_data["color"]), plain)
+    np.testing.assert_array_equal(np.array(view.surface.polydata.point_data["color"]), plain)
 
 
 def test_only_one_mode_is_on(qtbot, window):

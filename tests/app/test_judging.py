@@ -27,7 +27,7 @@ def judged(qtbot, window, name):
 
 
 def colors_in(view):
-    return np.array(view.surface._polydata.point_data["color"])
+    return np.array(view.surface.polydata.point_data["color"])
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES, ids=lambda quantity: quantity.name)

@@ -26,7 +26,7 @@ def place_of(window, knob, role="source"):
 
 
 def grey(window):
-    colors = np.array(window.view_area.source.surface._polydata.point_data["color"]).astype(int)
+    colors = np.array(window.view_area.source.surface.polydata.point_data["color"]).astype(int)
     return int((np.ptp(colors, axis=1) == 0).sum())
 
 

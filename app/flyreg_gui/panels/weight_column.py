@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 from PySide6.QtCore import (
@@ -174,6 +175,16 @@ class LandmarkTableView(QTableView):
         header.setSectionResizeMode(Column.NAME, QHeaderView.ResizeMode.Stretch)
         header.setSectionResizeMode(Column.WEIGHT, QHeaderView.ResizeMode.Fixed)
         header.resizeSection(Column.WEIGHT, WEIGHT_WIDTH)
+
+    def dataChanged(  # type: ignore[override]  # Qt hands over no other kind of index
+        self, first: QModelIndex, last: QModelIndex, roles: Sequence[int] = ()
+    ) -> None:
+        """Draw what changed of what is in sight; of a range that reaches farther Qt draws all."""
+        top, bottom = self.rowAt(0), self.rowAt(self.viewport().height() - 1)
+        bottom = bottom if bottom >= 0 else self.model().rowCount() - 1
+        upper, lower = max(first.row(), top), min(last.row(), bottom)
+        if upper <= lower:
+            super().dataChanged(first.siblingAtRow(upper), last.siblingAtRow(lower), roles)
 
     def keyboardSearch(self, search: str) -> None:
         """Go nowhere: some letters are keys of actions, and the others would change the selection."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from typing import Any, Protocol
+from weakref import WeakMethod
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, Qt, QTimer, Signal
 from PySide6.QtGui import QEnterEvent, QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 from pyvistaqt import QtInteractor
@@ -20,6 +23,10 @@ CLICK_RADIUS = 4.0
 """How far the mouse may move, in pixels, between press and release of a click."""
 WHEEL_ZOOM = 1.15
 """Magnification by one notch of the wheel."""
+SLOW_MS = 12.0
+"""A scene that takes longer to draw is drawn lighter while a hand moves it: five make a picture."""
+STILL_MS = 300
+"""So long after the last notch of the wheel the scene stands still."""
 NEAREST, FARTHEST = 0.1, 2.0
 """What is drawn of a plane scene, in heights of the camera over the plane."""
 
@@ -44,13 +51,15 @@ class Canvas(QtInteractor):
     """A scene with a camera: left drag turns, middle or shift drag moves, right drag zooms.
 
     VTK sees none of these events: its own keys and gestures would clash with the window's. What
-    changes the picture asks for `refresh`, and Qt draws at most once per frame.
+    changes the picture asks for `refresh`, and Qt draws at most once per frame. While something
+    moves, a scene that is slow to draw is lighter: its layers leave out what they can.
     """
 
     clicked = Signal(QPointF, object)  # position in the widget, Qt.KeyboardModifiers
     hovered = Signal(QPointF)  # the mouse is there, no button pressed
     left = Signal()  # the mouse has gone, or turns the camera
     camera_moved = Signal()  # by the user's hand
+    moving = Signal(bool)  # the user's hand moves the camera, or has let go of it
     resized = Signal()
 
     def __init__(self, parent: QWidget) -> None:
@@ -64,12 +73,56 @@ class Canvas(QtInteractor):
         self.grabber: Grabber | None = None  # of the mode that is on
         self.handle: Grabber | None = None  # in whatever mode, and asked first
         self._held: Grabber | None = None
+        self._layers: list[Callable[[], None]] = []
+        self._is_moving = self._was_light = False
+        self._milliseconds = 0.0  # that drawing the whole scene took
+        self._stillness = QTimer(self)
+        self._stillness.setSingleShot(True)
+        self._stillness.setInterval(STILL_MS)
+        self._stillness.timeout.connect(lambda: self.moving.emit(False))
         self.setMouseTracking(True)
+        begin = WeakMethod(self._on_drawing)  # or VTK would keep the canvas for ever
+
+        def before_drawing(*_event: object) -> None:
+            if (on_drawing := begin()) is not None:
+                on_drawing()
+
+        self.renderer.AddObserver("StartEvent", before_drawing)
 
     def refresh(self) -> None:
         """Have the scene drawn again, soon and once."""
-        self.renderer.ResetCameraClippingRange()
         self.update()
+
+    def before_drawing(self, prepare: Callable[[], None]) -> None:
+        """Have a layer told whenever the scene is about to be drawn, after those told before."""
+        self._layers.append(prepare)
+
+    def set_moving(self, on: bool) -> None:
+        """Take notice that a hand moves something, or has let go: then all is drawn again."""
+        self._is_moving = on
+        if not on and self._was_light:
+            self.refresh()
+
+    @property
+    def is_light(self) -> bool:
+        """Tell whether layers are to leave out what they can."""
+        return self._is_moving and self._milliseconds > SLOW_MS
+
+    def _on_drawing(self) -> None:
+        for prepare in self._layers:
+            prepare()
+        self._was_light = self.is_light
+        self._fit_depth()
+
+    def _fit_depth(self) -> None:
+        self.renderer.ResetCameraClippingRange()
+
+    def paintGL(self) -> None:
+        """Draw, and note how long that takes."""
+        begun = time.perf_counter()
+        super().paintGL()  # type: ignore[no-untyped-call]
+        if not self._was_light:
+            self._milliseconds = 1e3 * (time.perf_counter() - begun)
 
     def end(self) -> None:
         """End VTK, and let go of what Qt deletes after it.
@@ -78,6 +131,7 @@ class Canvas(QtInteractor):
         """
         self.close()
         self._ctx = self._surface = self._gl = None
+        self._layers.clear()
         self.grabber = self.handle = self._held = None  # they hold the canvas
 
     def set_samples(self, samples: int) -> None:
@@ -158,7 +212,9 @@ class Canvas(QtInteractor):
             return
         position = event.position()
         moved = position - self._press
-        self._is_drag = self._is_drag or max(abs(moved.x()), abs(moved.y())) > CLICK_RADIUS
+        if not self._is_drag and max(abs(moved.x()), abs(moved.y())) > CLICK_RADIUS:
+            self._is_drag = True
+            self.moving.emit(True)
         if self._is_drag:
             self.left.emit()
             self._drag(position - self._last, event)
@@ -174,11 +230,16 @@ class Canvas(QtInteractor):
             return
         is_click = self._press is not None and not self._is_drag
         self._press = None
+        if self._is_drag:
+            self.moving.emit(False)
         if is_click and event.button() == Qt.MouseButton.LeftButton:
             self.clicked.emit(event.position(), event.modifiers())
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom at the mouse."""
+        if not self._stillness.isActive():
+            self.moving.emit(True)
+        self._stillness.start()
         self.zoom_at(event.position(), WHEEL_ZOOM ** (event.angleDelta().y() / 120))
         self.refresh()
         self.camera_moved.emit()
@@ -249,9 +310,8 @@ class Canvas(QtInteractor):
 class FlatCanvas(Canvas):
     """A canvas for plane things, seen from above: each drag moves, none turns."""
 
-    def refresh(self) -> None:
-        """Have the scene drawn again, soon and once; it is never deeper than before."""
-        self.update()
+    def _fit_depth(self) -> None:
+        """Leave the camera's range: the scene is never deeper than before."""
 
     def look_down(self, x: float, y: float, height: float) -> None:
         """Look at a place of the plane from above; all between the camera and the plane is drawn."""

@@ -10,14 +10,16 @@ from PySide6.QtCore import QPointF
 
 from flyreg_core.correspondence import PlacedLandmark
 from flyreg_core.landmarks import HalfName
+from flyreg_core.lift import WarpedHalf
 from flyreg_core.mesh import Floats, Integers
 from flyreg_core.results import Results
 from flyreg_core.topology import boundary_loops
 from flyreg_gui.theme import SOURCE, Theme
 from flyreg_gui.views.canvas import FlatCanvas
-from flyreg_gui.views.layers import LabelLayer, LineLayer, MarkerLayer, SurfaceLayer
+from flyreg_gui.views.layers import LabelLayer, LineLayer, MarkerLayer
 from flyreg_gui.views.markers import MarkerStyle
 from flyreg_gui.views.picking import nearest_marker
+from flyreg_gui.views.surface_layer import SurfaceLayer
 
 WIDTH, HEIGHT = 3.0, 2.0
 GRID_STEP = 0.2
@@ -73,6 +75,7 @@ class FlatView:
 
     def __init__(self, canvas: FlatCanvas, half: HalfName) -> None:
         self.canvas, self.half = canvas, half
+        canvas.before_drawing(self._bend)  # before its layers
         self._target = SurfaceLayer(canvas, "target", lit=False)
         self._source = SurfaceLayer(canvas, "source", lit=False)
         self._grid = LineLayer(canvas, SOURCE)
@@ -84,6 +87,7 @@ class FlatView:
         self._sides = LabelLayer(canvas, 11, centered=True)
         self._drawn: tuple[object, ...] = ()  # the halves and the colours on show
         self._lines: GridLines | None = None
+        self._warped: WarpedHalf | None = None  # to be drawn, but not yet
         self._loops: Integers | None = None
         self._ids: tuple[str, ...] = ()
         self._points, self._radii = np.zeros((0, 3)), np.zeros(0)
@@ -112,7 +116,7 @@ class FlatView:
     def show(self, results: Results, source: NDArray[np.uint8], target: NDArray[np.uint8]) -> None:
         """Draw a registration; `source` and `target` are the colours of the surfaces' vertices."""
         mine, other = results.source.halves[self.half], results.target.halves[self.half]
-        warped = results.registration.halves[self.half].plane
+        warped = results.registration.halves[self.half]
         drawn = (mine, other, source, target)
         if not self._drawn or any(a is not b for a, b in zip(drawn, self._drawn, strict=True)):
             self._drawn = drawn
@@ -120,13 +124,20 @@ class FlatView:
             self._source.hide()
             self._target.show(raised(other.plane, TARGET_Z), other.faces, target[other.vertex_of])
             self._colors = source[mine.vertex_of]
+            self._source.show(raised(warped.plane, SOURCE_Z), mine.faces, self._colors)
+            self._source.set_opacity(1 - self._blend)
             self._show_outline(other.plane, other.faces)
-        self._source.show(raised(warped, SOURCE_Z), mine.faces, self._colors)
-        self._source.set_opacity(1 - self._blend)
-        if self._lines is not None:
-            self._grid.show(raised(self._lines.points(warped), GRID_Z), self._lines.segments)
-        self._show_sides()
+            self._show_sides()
+        self._warped, self._faces = warped, mine.faces
         self.canvas.refresh()
+
+    def _bend(self) -> None:
+        """Move the source and its grid to where they are to be drawn."""
+        warped, self._warped = self._warped, None
+        if warped is not None and self._lines is not None:
+            plane = warped.plane
+            self._source.show(raised(plane, SOURCE_Z), self._faces, self._colors)
+            self._grid.show(raised(self._lines.points(plane), GRID_Z), self._lines.segments)
 
     def show_landmarks(self, landmarks: tuple[PlacedLandmark, ...], style: MarkerStyle) -> None:
         """Draw the landmarks of this half: small where one starts, large where it belongs."""
@@ -152,7 +163,7 @@ class FlatView:
         """Show nothing."""
         self._source.hide()
         self._target.hide()
-        self._drawn = ()
+        self._drawn, self._warped = (), None
         nothing, no_lines = np.zeros((0, 3)), np.zeros((0, 2), dtype=np.int64)
         for lines in (self._grid, self._outline, self._arrows):
             lines.show(nothing, no_lines)

@@ -20,13 +20,15 @@ from vtkmodules.vtkRenderingCore import (
 )
 
 from flyreg_core.mesh import Integers
-from flyreg_core.normals import vertex_normals
 from flyreg_gui.theme import Color, unit
+from flyreg_gui.views.canvas import Canvas
 
 Floats = NDArray[np.float64]
 Colors = NDArray[np.uint8]
 
-SPHERE_RESOLUTION = 14
+MOST_RESOLUTION, LEAST_RESOLUTION, LIGHT_RESOLUTION = 14, 6, 4
+MOST_TRIANGLES, LIGHT_TRIANGLES = 50_000, 10_000
+"""Balls are made of so few triangles that all together have no more, if that is enough."""
 CUBE = 1.7
 """Edge of a cube that marks as much as a ball of radius 1."""
 IN_FRONT = -66_000.0
@@ -35,101 +37,6 @@ RIM = 20
 """Brightness of the rim of a dot."""
 LABEL_OFFSET = (9, 5)
 """Where a label stands relative to its point, in pixels."""
-
-
-class SurfaceLayer:
-    """A mesh with a colour at each vertex."""
-
-    def __init__(self, plotter: BasePlotter, name: str, *, lit: bool = True) -> None:
-        self._plotter, self._name, self._lit = plotter, name, lit
-        self._vertices: Floats | None = None
-        self._faces: Integers | None = None
-        self._colors: Colors | None = None
-        self._shown: tuple[object, object, object] = (None, None, None)
-        self._polydata = pv.PolyData()
-        self._clip: vtkPlane | None = None
-        self.actor: pv.Actor | None = None
-
-    def show(self, vertices: Floats, faces: Integers, colors: Colors) -> bool:
-        """Draw a mesh; if only its vertices moved, move them. Tell whether anything changed."""
-        shown = (vertices, faces, colors)
-        if self.actor is not None and all(a is b for a, b in zip(shown, self._shown, strict=True)):
-            return False
-        self._shown = shown
-        if self.actor is not None and faces is self._faces:
-            if vertices is not self._vertices:
-                _put(self._polydata.points, vertices)
-            if colors is not self._colors:
-                _put(self._polydata.point_data["color"], colors)
-        else:
-            self._build(vertices, faces, colors)
-        if self._lit and vertices is not self._vertices:
-            self._put_normals(faces)
-        self._vertices, self._faces, self._colors = vertices, faces, colors
-        self._polydata.Modified()
-        return True
-
-    def _build(self, vertices: Floats, faces: Integers, colors: Colors) -> None:
-        points: Any = vertices.astype(np.float32)  # a copy: VTK writes through shared arrays
-        triangles: Any = faces
-        self._polydata = pv.PolyData.from_regular_faces(points, triangles)
-        self._polydata.point_data["color"] = np.array(colors)
-        if self._lit:
-            normals: Any = vertex_normals(points, faces)
-            self._polydata.point_data.active_normals = normals
-        self.actor = self._plotter.add_mesh(
-            self._polydata,
-            name=self._name,
-            scalars="color",
-            rgb=True,
-            lighting=self._lit,
-            smooth_shading=False,
-            ambient=0.15,
-            diffuse=0.85,
-            specular=0.0,
-            copy_mesh=False,
-            pickable=self._lit,
-            reset_camera=False,
-            render=False,
-            show_scalar_bar=False,
-        )
-        if self._lit:
-            self.actor.prop.interpolation = "Phong"
-        clip_by(self.actor.mapper, self._clip)
-
-    def _put_normals(self, faces: Integers) -> None:
-        points = np.asarray(self._polydata.points)
-        _put(self._polydata.point_data.active_normals, vertex_normals(points, faces))
-
-    def hide(self) -> None:
-        """Remove the mesh from the scene."""
-        if self.actor is not None:
-            self._plotter.remove_actor(self.actor, reset_camera=False, render=False)
-        self.actor = self._vertices = self._faces = None
-
-    def set_opacity(self, opacity: float) -> None:
-        """Let through what is behind; at 0 the mesh is not drawn at all."""
-        if self.actor is not None:
-            self.actor.prop.opacity = opacity
-            self.actor.visibility = opacity > 0
-
-    def set_clip(self, plane: vtkPlane | None) -> None:
-        """Draw only what lies where the plane's normal points to, or all."""
-        self._clip = plane
-        if self.actor is not None:
-            clip_by(self.actor.mapper, plane)
-
-    def bring_forward(self, steps: float) -> None:
-        """Draw the mesh as if it were slightly nearer, over one at the same place."""
-        if self.actor is not None:
-            self.actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-            self.actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(-steps, -steps)
-
-    def let_shine_through(self) -> None:
-        """Draw the mesh's outside over everything that is nearer, as if that were of glass."""
-        if self.actor is not None:
-            draw_in_front(self.actor.mapper)
-            self.actor.prop.culling = "back"
 
 
 class SheetLayer:
@@ -180,16 +87,12 @@ class SheetLayer:
 class MarkerLayer:
     """Balls at points, or cubes, each with its own colour and size."""
 
-    def __init__(
-        self, plotter: BasePlotter, *, flat: bool = False, are_cubes: bool = False
-    ) -> None:
-        sphere = pv.Sphere(
-            radius=1.0, theta_resolution=SPHERE_RESOLUTION, phi_resolution=SPHERE_RESOLUTION
-        )
-        cube = pv.Cube(x_length=CUBE, y_length=CUBE, z_length=CUBE)
+    def __init__(self, canvas: Canvas, *, flat: bool = False, are_cubes: bool = False) -> None:
+        self._canvas = canvas
+        self._make = _cube if are_cubes else _disc if flat else _ball
+        self._resolution = 0
         self._polydata = pv.PolyData()
         self._mapper = vtkGlyph3DMapper()
-        self._mapper.SetSourceData(cube if are_cubes else sphere)
         self._mapper.SetInputData(self._polydata)
         self._mapper.SetScaleArray("radius")
         self._mapper.SetScaleModeToScaleByMagnitude()
@@ -202,7 +105,18 @@ class MarkerLayer:
         self.actor.GetProperty().SetLighting(not flat)
         self.actor.GetProperty().SetAmbient(0.35)
         self.actor.VisibilityOff()
-        plotter.renderer.AddActor(self.actor)
+        canvas.renderer.AddActor(self.actor)
+        canvas.before_drawing(self._shape)
+
+    def _shape(self) -> None:
+        """Make balls of fewer triangles where there are many, and fewer still while a hand moves."""
+        is_light, count = self._canvas.is_light, max(self._polydata.n_points, 1)
+        least = LIGHT_RESOLUTION if is_light else LEAST_RESOLUTION
+        most = LIGHT_TRIANGLES if is_light else MOST_TRIANGLES
+        resolution = min(max(int(np.sqrt(most / (2 * count))), least), MOST_RESOLUTION)
+        if resolution != self._resolution:
+            self._resolution = resolution
+            self._mapper.SetSourceData(self._make(resolution))
 
     def set_clip(self, plane: vtkPlane | None) -> None:
         """Draw only what lies where the plane's normal points to, or all."""
@@ -218,13 +132,27 @@ class MarkerLayer:
         if not len(points):
             return
         if self._polydata.n_points == len(points):
-            _put(self._polydata.points, points)
+            put(self._polydata.points, points)
         else:
             self._polydata = pv.PolyData(points.astype(np.float32))
             self._mapper.SetInputData(self._polydata)
         self._polydata.point_data["radius"] = radii.astype(np.float32)
         self._polydata.point_data["color"] = np.array(colors)
         self._polydata.Modified()
+
+
+def _ball(resolution: int) -> pv.PolyData:
+    return pv.Sphere(radius=1.0, theta_resolution=resolution, phi_resolution=resolution)
+
+
+def _disc(_resolution: int) -> pv.PolyData:
+    """Return what is seen of a ball from above."""
+    disc: pv.PolyData = pv.Disc(inner=0.0, outer=1.0, r_res=1, c_res=2 * MOST_RESOLUTION)
+    return disc
+
+
+def _cube(_resolution: int) -> pv.PolyData:
+    return pv.Cube(x_length=CUBE, y_length=CUBE, z_length=CUBE)
 
 
 class DotLayer:
@@ -300,7 +228,7 @@ class LineLayer:
         if not len(segments):
             return
         if segments is self._segments and self._polydata.n_points == len(points):
-            _put(self._polydata.points, points)
+            put(self._polydata.points, points)
         else:
             lines = np.column_stack([np.full(len(segments), 2), segments]).astype(np.int64)
             self._polydata = pv.PolyData(points.astype(np.float32), lines=lines.reshape(-1))
@@ -405,6 +333,6 @@ def draw_in_front(mapper: Any) -> None:
     mapper.SetRelativeCoincidentTopologyPointOffsetParameter(IN_FRONT)
 
 
-def _put(array: Any, values: Floats | NDArray[np.float32] | Colors) -> None:
+def put(array: Any, values: Floats | NDArray[np.float32] | Colors) -> None:
     """Write into an array of VTK in place, and have VTK notice."""
     array[:] = values

@@ -14,9 +14,10 @@ from flyreg_gui.panels.cut_bar import Cut
 from flyreg_gui.theme import Theme
 from flyreg_gui.views.camera import VIEW_ANGLE, Pose, ViewSpace
 from flyreg_gui.views.canvas import Canvas
-from flyreg_gui.views.layers import LabelLayer, MarkerLayer, SurfaceLayer
+from flyreg_gui.views.layers import LabelLayer, MarkerLayer
 from flyreg_gui.views.markers import MarkerStyle
 from flyreg_gui.views.picking import ClipPlane, PickableSurface, SurfaceHit, nearest_marker
+from flyreg_gui.views.surface_layer import SurfaceLayer
 
 MARKER_RADIUS = 0.011
 """Radius of a landmark of weight 1, as a share of the brain's diagonal."""

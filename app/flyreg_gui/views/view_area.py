@@ -49,6 +49,7 @@ MOST_NAMED = 3
 class ViewArea(QWidget):
     """Source, target, registered over target; below them the halves laid flat."""
 
+    lightened = Signal(bool)  # what is slow to draw has fewer triangles from now on, or all again
     brains_shown = Signal()  # which brains are drawn in which views that are shown
 
     def __init__(
@@ -104,6 +105,9 @@ class ViewArea(QWidget):
         self.cut_bar.changed.connect(self._on_cut)
         self.arrangement.changed.connect(self._show_keys)
         self.arrangement.changed.connect(self.brains_shown)
+        session.gesture_changed.connect(self.set_moving)
+        for frame in self.frames:
+            frame.canvas.moving.connect(self.set_moving)
 
     def _make_frames(self) -> None:
         titles = (
@@ -150,6 +154,12 @@ class ViewArea(QWidget):
         for handle in self.cut_handles:
             handle.show_theme(theme)
         self._show_landmarks()
+
+    def set_moving(self, on: bool) -> None:
+        """Take notice that a hand moves what is drawn, or has let go of it."""
+        for frame in self.frames:
+            frame.canvas.set_moving(on)
+        self.lightened.emit(any(frame.canvas.is_light for frame in self.frames))
 
     def set_blend(self, blend: float) -> None:
         """Show the registered source at 0, the target at 1, where both are on show."""

@@ -101,7 +101,7 @@ class NameList(QLabel):
 
     def __init__(self, parent: QFrame) -> None:
         super().__init__(parent)
-        self._key: tuple[tuple[Color, str], ...] = ()
+        self.key: tuple[tuple[Color, str], ...] = ()
         self.setTextFormat(Qt.TextFormat.RichText)
         font = self.font()
         font.setPointSizeF(NAMES_SIZE * font.pointSizeF())
@@ -110,24 +110,24 @@ class NameList(QLabel):
 
     def show_key(self, key: Sequence[tuple[Color, str]]) -> None:
         """Show these names, or nothing."""
-        self._key = tuple(key)
-        self.setToolTip("\n".join(name for _, name in self._key))
-        self.setVisible(bool(self._key))
+        self.key = tuple(key)
+        self.setToolTip("\n".join(name for _, name in self.key))
+        self.setVisible(bool(self.key))
 
     def fit_into(self, room: QRect) -> None:
         """Show as many names as fit, none longer than fits."""
-        if not self._key:
+        if not self.key:
             return
         metrics = self.fontMetrics()
         most = max(1, int(NAMES_HEIGHT * room.height() / metrics.lineSpacing()))
-        shown = self._key if len(self._key) <= most else self._key[: max(most - 1, 1)]
+        shown = self.key if len(self.key) <= most else self.key[: max(most - 1, 1)]
         width = int(NAMES_WIDTH * room.width())
         rows = [
             f"<span style='color: {css(color)};'>■</span> "
             + escape(metrics.elidedText(name, Qt.TextElideMode.ElideMiddle, width))
             for color, name in shown
         ]
-        more = len(self._key) - len(shown)
+        more = len(self.key) - len(shown)
         self.setText("<br>".join([*rows, *([f"… {more} more"] if more else [])]))
         self.adjustSize()
         self.move(room.right() - self.width() - 6, room.y() + 6)
@@ -198,8 +198,9 @@ class ViewFrame(QFrame):
 
     def show_names(self, key: Sequence[tuple[Color, str]]) -> None:
         """Name what is drawn in colours of its own, as far as there is room; nothing takes it away."""
-        self.names.show_key(key)
-        self._place_note()
+        if tuple(key) != self.names.key:
+            self.names.show_key(key)
+            self._place_note()
 
     def show_scale(self, judged: Judged | None) -> None:
         """Say by a bar what colours mean, or take it away."""
