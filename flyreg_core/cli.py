@@ -135,16 +135,22 @@ def _write_results(
     from flyreg_core.registration_error import register_report_on
     from flyreg_core.report import write_flat, write_registered
     from flyreg_core.report_page import write_report
+    from flyreg_core.side_by_side import both
     from flyreg_core.vertex_pairs import write_vertex_pairs
 
+    def write_meshes() -> None:
+        write_registered(folder / "registered.ply", results)
+        write_flat(folder / "flat.npz", results)
+        write_vertex_pairs(folder / "vertex-pairs.csv", results)
+
     make_folder(folder)
-    write_registered(folder / "registered.ply", results)
-    write_flat(folder / "flat.npz", results)
-    write_vertex_pairs(folder / "vertex-pairs.csv", results)
     save_project(results.project, folder / "project.flyreg")
     spent = time.perf_counter() - started
     facts = with_cost(register_report_on(truth, results), spent, results.seconds)
-    write_report(folder / "report.html", "project.flyreg", results, facts)
+    both(
+        write_meshes,
+        lambda: write_report(folder / "report.html", "project.flyreg", results, facts),
+    )
     return facts
 
 
