@@ -15,7 +15,13 @@ from flyreg_core.caps import Cap, cap_grid, carry_cap, find_caps, lay_cap_flat, 
 from flyreg_core.correspondence import FlatBrain, PlacedLandmark
 from flyreg_core.halves import FlatHalf, along_outer
 from flyreg_core.landmarks import HALVES, HalfName
-from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid, walk_to
+from flyreg_core.locate import (
+    TriangleGrid,
+    find_triangles,
+    once_around,
+    strip_grid,
+    walk_to,
+)
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import orientations
 from flyreg_core.progress import Report
@@ -27,7 +33,7 @@ from flyreg_core.rectangle import (
     u_of_perimeter,
     wrapped,
 )
-from flyreg_core.side_by_side import both, both_halves
+from flyreg_core.side_by_side import both_halves
 from flyreg_core.strip_warp import draw_along, to_strip
 from flyreg_core.unfold import Unfolded, unfold
 
@@ -158,14 +164,14 @@ def register(
     (`unfold`).
     """
     report(0.0, "lifting")
-    warped = both_halves(lambda half, _: to_strip(places[half], source.halves[half].flat.uv[:, 0]))
+    warped = {half: to_strip(places[half], source.halves[half].flat.uv[:, 0]) for half in HALVES}
     shifts = {half: warped[half][0] for half in HALVES}
     mapped = map_boundaries(source, shifts)
     sewn = {key: target.curves[key].at(shares) for key, shares in mapped.items()}
     vertices = np.zeros_like(source.dissection.surface.vertices)
     points = target.dissection.surface.vertices
 
-    def carry(half: HalfName, report: Report) -> WarpedHalf:
+    def carry_half(half: HalfName, report: Report) -> WarpedHalf:
         own, other = source.halves[half], target.halves[half]
         raw = _warp_half(own, other, warped[half], mapped)
         mended = unfold(raw, own.net, own.is_boundary, report)
@@ -183,14 +189,18 @@ def register(
         vertices[cap.vertex_of] = carried
         return int((orientations(flat_cap[cap.faces]) <= 0).sum())
 
-    halves, flipped_on_caps = both(
-        lambda: both_halves(carry, report), lambda: sum(map(carry_one_cap, range(len(source_caps))))
-    )
+    def carry(half: HalfName, report: Report) -> tuple[WarpedHalf, int]:
+        """Carry a half and, so that both halves are as much work, one of the caps."""
+        return carry_half(half, report), carry_one_cap(HALVES.index(half))
+
+    carried = both_halves(carry, report)
+    halves = {half: warped for half, (warped, _) in carried.items()}
     # halves and caps all wrote the vertices that they share; the curves say where these lie
     for key, curve in source.curves.items():
         vertices[curve.vertices] = sewn[key]
     vertices.setflags(write=False)
     surface = source.dissection.surface.moved(vertices)
+    flipped_on_caps = sum(flipped for _, flipped in carried.values())
     return Registration(surface, halves, flipped_on_caps, _residuals(surface, ends))
 
 
