@@ -259,11 +259,9 @@ def _place_interior(
 
 def flat_place(half: FlatHalf, dissection: Dissection, face: int, point: Floats) -> Floats:
     """Return the (2,) place in the rectangle of a point on a face of the whole surface."""
-    in_half = dissection.piece_of_face == PIECES.index(half.name)
-    own_face = int(np.count_nonzero(in_half[:face]))
     corners = dissection.surface.vertices[dissection.surface.faces[face]]
     barycentric = igl.barycentric_coordinates(
         *(np.ascontiguousarray(row[None]) for row in (point, *corners))
     ).reshape(3)
-    u, v = barycentric @ half.flat.corners[own_face]
+    u, v = barycentric @ half.flat.corners[dissection.own_face[face]]
     return np.asarray(to_plane(np.array(u), half.law.beta(np.array(v))))

@@ -7,6 +7,7 @@ of the oesophagus divides into an anterior and a posterior half, each a ring aro
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -58,6 +59,15 @@ class Dissection:
     piece_of_face: Integers  # (m,), index into PIECES
     cut_knots: Floats  # (3, 2), left-right and antero-posterior place of the cut in the frame
     shift_um: float = 0.0  # how far behind its place the cut was made
+
+    @cached_property
+    def own_face(self) -> Integers:
+        """(m,) numbers of the faces among those of their pieces."""
+        own = np.zeros(len(self.piece_of_face), dtype=np.int64)
+        for piece in range(len(PIECES)):
+            rows = np.flatnonzero(self.piece_of_face == piece)
+            own[rows] = np.arange(len(rows))
+        return own
 
     def faces_of(self, piece: str) -> Integers:
         """Return the faces of one piece, with the vertex numbers of the whole surface."""

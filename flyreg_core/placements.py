@@ -68,9 +68,11 @@ def place_all(
     landmarks = tuple(
         _renewed(new.get(pair.id) or known[pair.id], pair, pair.id in muted) for pair in complete
     )
-    is_as_before = not new and list(known) == [pair.id for pair in complete]
-    geometry = last.geometry if last is not None and is_as_before else _geometry(landmarks)
-    return Placements(source, target, landmarks, geometry)
+    geometry = None
+    if last is not None and list(known) == [pair.id for pair in complete]:
+        moved = [row for row, pair in enumerate(complete) if pair.id in new]
+        geometry = _with_moved(last, landmarks, moved)
+    return Placements(source, target, landmarks, geometry or _geometry(landmarks))
 
 
 def _is_there(mark: PlacedLandmark | None, pair: LandmarkPair) -> bool:
@@ -87,6 +89,25 @@ def _renewed(mark: PlacedLandmark, pair: LandmarkPair, is_muted: bool) -> Placed
     if mark.pair is pair and mark.is_muted == is_muted:
         return mark
     return replace(mark, pair=pair, is_muted=is_muted)
+
+
+def _with_moved(
+    last: Placements, landmarks: tuple[PlacedLandmark, ...], moved: list[int]
+) -> Geometry | None:
+    """Return the geometry after some rows moved; None if one acts in other halves than before."""
+    old = last.geometry
+    if not moved:
+        return old
+    if any(last.landmarks[row].plane.keys() != landmarks[row].plane.keys() for row in moved):
+        return None
+    sources, targets = (
+        {half: at.copy() for half, at in own.items()} for own in (old.sources, old.targets)
+    )
+    for row in moved:
+        for half, (start, end) in landmarks[row].plane.items():
+            place = np.searchsorted(old.acting[half], row)
+            sources[half][place], targets[half][place] = start, end
+    return Geometry(find_ends(landmarks), old.acting, sources, targets)
 
 
 def _geometry(landmarks: tuple[PlacedLandmark, ...]) -> Geometry:

@@ -25,9 +25,10 @@ TICKS = 20
 
 def whole_ticks(pipeline: Pipeline, project: Project) -> dict[str, np.ndarray]:
     """Return how long a tick of each kind takes, milliseconds."""
-    pipeline.run(project, measure=False)
+    landmarks = pipeline.run(project, measure=False).landmarks
+    own = next(mark.pair.id for mark in landmarks if mark.plane and mark.pair.origin == "user")
     works: dict[str, Callable[[int], Project]] = {
-        "one weight": lambda tick: edits.set_weight(project, "own-0", 0.1 + tick),
+        "one weight": lambda tick: edits.set_weight(project, own, 0.1 + tick),
         "lambda": lambda tick: edits.set_smoothing(project, 0.011 * 1.05**tick),
     }
     return {

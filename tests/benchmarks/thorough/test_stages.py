@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -25,6 +26,7 @@ from flyreg_core.project import Brain, Project
 from flyreg_core.results import Results
 from flyreg_core.smooth import SmoothParameters, smooth
 from flyreg_core.solid import SolidParameters
+from flyreg_core.strip_warp import draw_along
 from flyreg_core.surface_distance import measure_distances
 from tests.benchmarks.thorough.test_live import FINE
 
@@ -56,10 +58,16 @@ def test_stages(results: Results, capsys: pytest.CaptureFixture[str]) -> None:
     flat = seconds(
         lambda: lay_flat(source.dissection, source.curves, half, FlattenParameters(), ignore)
     )
+    laid = source.halves[half]
+    start, still = laid.flat.uv[:, 0], np.zeros(len(laid.vertex_of))
+    rng = np.random.default_rng(0)
+    misses = (rng.normal(0, 0.01, (len(laid.outer), 2)), rng.normal(0, 0.01, (len(laid.hole), 2)))
+    moved = seconds(lambda: draw_along(start, still, laid.flat.uv[:, 1], laid.fadings, misses), 40)
     with capsys.disabled():
-        count = len(source.halves[half].vertex_of)
+        count = len(laid.vertex_of)
         print(f"\n500 passes, {len(surface.vertices):,} vertices: {passes:.2f} s")
         print(f"laying the {half} half flat, {count:,} vertices: {flat:.2f} s")
+        print(f"moving its boundary, which draws all of it along: {1e3 * moved:.1f} ms")
 
 
 def test_distances(results: Results, capsys: pytest.CaptureFixture[str]) -> None:
@@ -92,17 +100,26 @@ def by_meshlab(a: SurfaceMesh, b: SurfaceMesh) -> dict[str, float]:
 
 
 def test_registering_by_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command = [sys.executable, "-m", "flyreg_core.cli", "register", "FCWB", "JFRC2", "-o"]
-    told = {"FLYREG_CACHE": str(tmp_path / "cache")}
-    runs = {"nothing cached": [], "cached": [], "100,000 vertices": ["--voxels", str(FINE)]}
+    fine = ["--voxels", str(FINE)]
+    runs = (
+        ("nothing cached", "a", []),
+        ("cached", "a", []),
+        ("100,000 vertices, nothing cached", "b", fine),
+        ("100,000 vertices, cached", "b", fine),
+    )
     with capsys.disabled():
         print()
-        for name, options in runs.items():
+        for name, cache, options in runs:
+            folder = tmp_path / name
+            command = [sys.executable, "-m", "flyreg_core.cli", "register", "FCWB", "JFRC2"]
             start = time.perf_counter()
             subprocess.run(
-                [*command, str(tmp_path / name), *options],
-                env=os.environ | told,
+                [*command, "-o", str(folder), *options],
+                env=os.environ | {"FLYREG_CACHE": str(tmp_path / cache)},
                 capture_output=True,
                 check=True,
             )
-            print(f"register FCWB JFRC2, {name}: {time.perf_counter() - start:.1f} s", flush=True)
+            taken = time.perf_counter() - start
+            facts = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+            megabytes = facts["peak_memory_mb"]
+            print(f"register FCWB JFRC2, {name}: {taken:.1f} s, {megabytes:.0f} MB", flush=True)
