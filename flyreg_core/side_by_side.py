@@ -55,4 +55,5 @@ def both_halves(
 
         return make(half, tell)
 
-    return dict(zip(HALVES, side_by_side(of_half, HALVES), strict=True))
+    one, other = HALVES
+    return dict(zip(HALVES, both(lambda: of_half(one), lambda: of_half(other)), strict=True))
