@@ -11,9 +11,11 @@ WIDTH, HEIGHT = 560, 260
 """Of one panel, pixels."""
 LEFT, RIGHT, TOP, BOTTOM = 74, 16, 30, 50
 """Room around the curves for words, pixels."""
-LINE_COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
+LINE_COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 """Okabe and Ito's palette, told apart by the colour-blind."""
-FEW_TICKS = 6
+FEW_TICKS, FEW_DECADES = 6, 3
+KEY_WIDTH, KEY_ROW = 150, 15
+"""Of the names of the curves, pixels."""
 ROOM = 0.06
 """Share of an axis that is left free beyond the values."""
 
@@ -117,11 +119,15 @@ class _Scale:
     def ticks(self) -> list[float]:
         """Round values between the ends."""
         if self.is_logarithmic:
-            first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))
-            step = max(1, math.ceil((last - first + 1) / FEW_TICKS))
-            decades = [10.0**power for power in range(first, last + 1, step)]
-            if len(decades) > 1:
-                return decades
+            low, last = math.log10(self.low), math.floor(math.log10(self.high))
+            is_short = last - low <= FEW_DECADES
+            first = math.floor(low) if is_short else math.ceil(low)
+            powers = range(first, last + 1, max(1, math.ceil((last - first + 1) / FEW_TICKS)))
+            parts = (1, 2, 5) if is_short else (1,)
+            ticks = [part * 10.0**power for power in powers for part in parts]
+            within = [tick for tick in ticks if self.low <= tick <= self.high]
+            if len(within) > 1:
+                return within
         span = self.high - self.low
         size = 10.0 ** math.floor(math.log10(span / 2))
         between = next(size * n for n in (1, 2, 5, 10) if span / (size * n) <= FEW_TICKS)
@@ -155,7 +161,14 @@ class _Drawing:
 
     def parts(self) -> list[str]:
         """Return the elements, what lies below first."""
-        return [*self._band(), *self._axes(), *self._marks(), *self._lines(), *self._words()]
+        return [
+            *self._band(),
+            *self._axes(),
+            *self._marks(),
+            *self._lines(),
+            *self._words(),
+            *self._key(),
+        ]
 
     def _band(self) -> list[str]:
         band = self._panel.band
@@ -216,19 +229,33 @@ class _Drawing:
 
     def _words(self) -> list[str]:
         middle = (TOP + HEIGHT - BOTTOM) / 2
-        parts = [
+        return [
             self._text(LEFT, 18, self._panel.title, "start", "bold"),
             self._text((LEFT + WIDTH - RIGHT) / 2, HEIGHT - 12, self._panel.x.label, "middle"),
             f'<g transform="translate(16 {middle:g}) rotate(-90)">'
             f"{self._text(0, 0, self._panel.y.label, 'middle')}</g>",
         ]
-        if len(self._panel.lines) > 1:
-            for number, line in enumerate(self._panel.lines):
-                color, y = LINE_COLORS[number % len(LINE_COLORS)], TOP + 12 + 15 * number
-                parts.append(
-                    f'<circle cx="{WIDTH - RIGHT - 6}" cy="{y - 4}" r="4" fill="{color}"/>'
-                )
-                parts.append(self._text(WIDTH - RIGHT - 14, y, line.name, "end"))
+
+    def _key(self) -> list[str]:
+        """Return the names of the curves, in the upper corner that they leave free."""
+        lines = self._panel.lines
+        if len(lines) < 2:
+            return []
+        low = TOP + KEY_ROW * len(lines)
+        places = [
+            (self._x(x), self._y(y)) for line in lines for x, y in zip(line.x, line.y, strict=True)
+        ]
+        high = [x for x, y in places if y < low]
+        at_right = sum(x > WIDTH - RIGHT - KEY_WIDTH for x in high)
+        at_left = sum(x < LEFT + KEY_WIDTH for x in high)
+        side, anchor, inwards = (
+            (LEFT + 8, "start", 1) if at_left < at_right else (WIDTH - RIGHT - 6, "end", -1)
+        )
+        parts = []
+        for number, line in enumerate(lines):
+            color, y = LINE_COLORS[number % len(LINE_COLORS)], TOP + 12 + KEY_ROW * number
+            parts.append(f'<circle cx="{side}" cy="{y - 4}" r="4" fill="{color}"/>')
+            parts.append(self._text(side + 8 * inwards, y, line.name, anchor))
         return parts
 
     def _text(self, x: float, y: float, text: str, anchor: str, weight: str = "normal") -> str:
@@ -251,4 +278,4 @@ def _number(value: float) -> str:
     """Return a tick's value, short."""
     if value == 0:
         return "0"
-    return f"{value:.6g}" if 1e-4 <= abs(value) < 1e6 else f"{value:.0e}".replace("e-0", "e-")
+    return f"{value:,.6g}" if 1e-4 <= abs(value) < 1e6 else f"{value:.0e}".replace("e-0", "e-")
