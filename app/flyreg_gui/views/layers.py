@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 Colors = NDArray[np.uint8]
 
 MOST_RESOLUTION, LEAST_RESOLUTION, LIGHT_RESOLUTION = 14, 6, 4
-MOST_TRIANGLES, LIGHT_TRIANGLES = 50_000, 10_000
+MOST_TRIANGLES, LIGHT_TRIANGLES = 50_000, 20_000
 """Balls are made of so few triangles that all together have no more, if that is enough."""
 CUBE = 1.7
 """Edge of a cube that marks as much as a ball of radius 1."""

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from flyreg_core.correspondence import PlacedLandmark
 from flyreg_gui.theme import KIND_COLORS, OFF, Color, Theme
@@ -82,3 +82,8 @@ def sizes_of(weights: Floats) -> Floats:
     decades = np.log10(weights, out=np.zeros(len(weights)), where=weights > 0)
     sizes = np.clip(1 + SIZE_PER_DECADE * decades, SMALLEST, LARGEST)
     return np.where(weights > 0, sizes, OFF_SIZE)
+
+
+def points_of(places: Sequence[ArrayLike]) -> Floats:
+    """Return places in space as an (n, 3) array, also if there is none."""
+    return np.array(places, dtype=np.float64).reshape(-1, 3)

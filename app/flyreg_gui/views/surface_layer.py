@@ -8,15 +8,15 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkCommonDataModel import vtkPlane
-from vtkmodules.vtkFiltersCore import vtkBinnedDecimation
 
 from flyreg_core.mesh import Floats, Integers
 from flyreg_core.normals import vertex_normals
 from flyreg_gui.views.canvas import Canvas
 from flyreg_gui.views.layers import Colors, clip_by, draw_in_front, put
+from flyreg_gui.views.mesh_part import MeshPart
 
-BINS, BINS_OF_PLANE = 32, 54
-"""How many boxes along its longest side a lighter surface is made of; each keeps a vertex."""
+BOXES, BOXES_OF_PLANE = 40, 64
+"""Of so many boxes along its longest side a lighter surface keeps one vertex each."""
 
 
 class SurfaceLayer:
@@ -80,12 +80,12 @@ class SurfaceLayer:
         """Give VTK what is to be drawn now."""
         if self._shown is None or self._whole is None or self.actor is None:
             return
-        vertices, _, colors = self._shown
+        vertices, faces, colors = self._shown
         drawn = self._whole
         if self._canvas.is_light:
             if self._lighter is None:
-                rows, fewer = _with_fewer_faces(self.polydata, BINS if self._lit else BINS_OF_PLANE)
-                self._lighter = _Copy(vertices, fewer, colors, self._lit, rows)
+                part = MeshPart.of(vertices, faces, BOXES if self._lit else BOXES_OF_PLANE)
+                self._lighter = _Copy(vertices, part.faces, colors, self._lit, part)
             drawn = self._lighter
         drawn.take(vertices, colors)
         if self.actor.mapper.GetInput() is not drawn.polydata:
@@ -131,46 +131,39 @@ class _Copy:
         faces: Integers,
         colors: Colors,
         lit: bool,
-        rows: Integers | None = None,
+        part: MeshPart | None = None,
     ) -> None:
-        self._faces, self._rows, self._lit = faces, rows, lit
+        self._faces, self._part, self._lit = faces, part, lit
         self._vertices, self._colors = vertices, colors
-        points: Any = self._part(vertices).astype(np.float32)  # a copy: VTK writes through arrays
+        points: Any = self._kept(vertices).astype(np.float32)  # a copy: VTK writes through arrays
         triangles: Any = faces
         self.polydata = pv.PolyData.from_regular_faces(points, triangles)
-        self.polydata.point_data["color"] = np.array(self._part(colors))
+        self.polydata.point_data["color"] = np.array(self._kept(colors))
         self.polydata.point_data.active_scalars_name = "color"
         if lit:
-            normals: Any = vertex_normals(points, faces)
+            normals: Any = self._normals()
             self.polydata.point_data.active_normals = normals
 
     def take(self, vertices: Floats, colors: Colors) -> None:
         """Take other places and colours, as far as they are others."""
         if vertices is not self._vertices:
-            put(self.polydata.points, self._part(vertices))
+            self._vertices = vertices
+            put(self.polydata.points, self._kept(vertices))
             if self._lit:
-                points = np.asarray(self.polydata.points)
-                put(self.polydata.point_data.active_normals, vertex_normals(points, self._faces))
+                put(self.polydata.point_data.active_normals, self._normals())
+            self.polydata.Modified()
         if colors is not self._colors:
-            put(self.polydata.point_data["color"], self._part(colors))
-        if vertices is not self._vertices or colors is not self._colors:
-            self._vertices, self._colors = vertices, colors
+            self._colors = colors
+            put(self.polydata.point_data["color"], self._kept(colors))
             self.polydata.Modified()
 
-    def _part(self, values: NDArray[Any]) -> NDArray[Any]:
-        return values if self._rows is None else values[self._rows]
+    def _kept(self, values: NDArray[Any]) -> NDArray[Any]:
+        return values if self._part is None else values[self._part.rows]
 
-
-def _with_fewer_faces(polydata: pv.PolyData, bins: int) -> tuple[Integers, Integers]:
-    """Return the vertices that a lighter mesh keeps, and its faces in their rows."""
-    size = np.reshape(polydata.bounds, (3, 2)) @ [-1.0, 1.0]
-    box = max(float(size.max()), 1e-9) / bins
-    decimation = vtkBinnedDecimation()
-    decimation.SetInputData(polydata)
-    decimation.SetPointGenerationModeToUseInputPoints()
-    decimation.SetAutoAdjustNumberOfDivisions(False)
-    decimation.SetNumberOfDivisions(*(max(1, int(np.ceil(side / box))) for side in size))
-    decimation.Update()
-    kept = pv.PolyData(decimation.GetOutput()).regular_faces
-    rows, faces = np.unique(kept, return_inverse=True)
-    return rows.astype(np.int64), faces.reshape(-1, 3).astype(np.int64)
+    def _normals(self) -> NDArray[np.float32]:
+        """Return the normals of the whole mesh: the faces of a part lie too roughly."""
+        part = self._part
+        if part is None:
+            return vertex_normals(np.asarray(self.polydata.points), self._faces)
+        around = self._vertices[part.ring].astype(np.float32)
+        return vertex_normals(around, part.ring_faces)[part.places]

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 
-import numpy as np
-from numpy.typing import ArrayLike
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from flyreg_core.mesh import Floats
 from flyreg_core.project import Role
 from flyreg_core.results import PreparedBrain, Results
 from flyreg_gui.drill_mode import DrillMode
@@ -34,7 +30,7 @@ from flyreg_gui.views.cut_handle import CutHandle
 from flyreg_gui.views.flat_view import FlatView
 from flyreg_gui.views.legends import show_legends, show_marker_scale
 from flyreg_gui.views.looks import STAGES, STAGES_TIP, Look, Stage
-from flyreg_gui.views.markers import style_markers
+from flyreg_gui.views.markers import points_of, style_markers
 from flyreg_gui.views.raw_views import RawViews
 from flyreg_gui.views.surface_view import SurfaceView
 from flyreg_gui.views.trim_views import TrimViews
@@ -394,8 +390,3 @@ class ViewArea(QWidget):
         results = self._session.results
         if results is not None and not self._trim.is_on:
             self._show_half_made(results)
-
-
-def points_of(places: Sequence[ArrayLike]) -> Floats:
-    """Return places in space as an (n, 3) array, also if there is none."""
-    return np.array(places, dtype=np.float64).reshape(-1, 3)
