@@ -6,14 +6,11 @@ import pytest
 pytest.importorskip("PySide6")
 from flyreg_gui.status import FEWER
 from flyreg_gui.views import canvas as canvas_module
-from flyreg_gui.views.mesh_part import MeshPart
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication, QStyle, QStyleOptionSlider
 
-from flyreg_core.normals import face_normals
 from tests.app.hands import LEFT, open_with_a_pull, settle
-from tests.shapes import sphere
 
 
 @pytest.fixture
@@ -158,32 +155,3 @@ def test_a_hidden_view_is_not_drawn_and_shows_the_newest_when_it_comes_back(qtbo
         qtbot.waitUntil(lambda layer=layer, points=points: is_other(layer, points))
         now = given_to_vtk(layer)[0]
         np.testing.assert_array_equal(now[:, : vertices.shape[1]], vertices.astype(np.float32))
-
-
-def areas(vertices, faces):
-    """The areas of faces."""
-    return np.linalg.norm(face_normals(vertices, faces), axis=1) / 2
-
-
-def test_a_part_of_a_sphere_has_vertices_of_it_and_hides_its_inside():
-    vertices, faces = sphere(1.0, rounds=6)
-    part = MeshPart.of(vertices, faces, 16)
-    kept = vertices[part.rows]
-    assert len(part.faces) < len(faces) / 4
-    assert areas(kept, part.faces).sum() == pytest.approx(4 * np.pi, rel=0.03)
-    outwards = np.einsum("ij,ij->i", face_normals(kept, part.faces), kept[part.faces].mean(axis=1))
-    assert (outwards > -1e-12).all()  # but for rounding, where a face stands upright
-    np.testing.assert_array_equal(part.ring[part.places], part.rows)
-
-
-def test_a_part_of_a_sheet_reaches_its_borders_and_corners():
-    x, y = np.meshgrid(np.linspace(0, 3, 91), np.linspace(0, 2, 61))
-    vertices = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.1)])
-    lower = np.arange(x.size).reshape(x.shape)[:-1, :-1].ravel()
-    faces = np.concatenate([lower[:, None] + [0, 1, 92], lower[:, None] + [0, 92, 91]])
-    part = MeshPart.of(vertices, faces, 24)
-    kept = vertices[part.rows]
-    assert areas(kept, part.faces).sum() == pytest.approx(6, rel=1e-9)
-    assert (face_normals(kept, part.faces)[:, 2] > 0).all()
-    corners = {(0.0, 0.0), (3.0, 0.0), (0.0, 2.0), (3.0, 2.0)}
-    assert corners <= {tuple(row) for row in kept[:, :2]}

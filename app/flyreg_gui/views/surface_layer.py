@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from vtkmodules.vtkCommonDataModel import vtkPlane
 
 from flyreg_core.mesh import Floats, Integers
+from flyreg_core.mesh_part import MeshPart
 from flyreg_core.normals import vertex_normals
 from flyreg_gui.views.canvas import Canvas
 from flyreg_gui.views.layers import Colors, clip_by, draw_in_front, put
-from flyreg_gui.views.mesh_part import MeshPart
 
 BOXES, BOXES_OF_PLANE = 40, 64
 """Of so many boxes along its longest side a lighter surface keeps one vertex each."""
