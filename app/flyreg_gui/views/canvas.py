@@ -104,9 +104,14 @@ class Canvas(QtInteractor):
             self.refresh()
 
     @property
+    def is_slow(self) -> bool:
+        """Tell whether drawing the whole scene takes too long under a hand."""
+        return self._milliseconds > SLOW_MS
+
+    @property
     def is_light(self) -> bool:
         """Tell whether layers are to leave out what they can."""
-        return self._is_moving and self._milliseconds > SLOW_MS
+        return self._is_moving and self.is_slow
 
     def _on_drawing(self) -> None:
         for prepare in self._layers:

@@ -81,12 +81,11 @@ class SurfaceLayer:
         if self._shown is None or self._whole is None or self.actor is None:
             return
         vertices, faces, colors = self._shown
-        drawn = self._whole
-        if self._canvas.is_light:
-            if self._lighter is None:
-                part = MeshPart.of(vertices, faces, BOXES if self._lit else BOXES_OF_PLANE)
-                self._lighter = _Copy(vertices, part.faces, colors, self._lit, part)
-            drawn = self._lighter
+        if self._canvas.is_slow and self._lighter is None:  # ready before a hand needs it
+            part = MeshPart.of(vertices, faces, BOXES if self._lit else BOXES_OF_PLANE)
+            self._lighter = _Copy(vertices, part.faces, colors, self._lit, part)
+        lighter = self._lighter if self._canvas.is_light else None
+        drawn = lighter or self._whole
         drawn.take(vertices, colors)
         if self.actor.mapper.GetInput() is not drawn.polydata:
             self.actor.mapper.SetInputData(drawn.polydata)
