@@ -31,7 +31,7 @@ class MeshPart:
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         inside = (vertices - low) / max(float((high - low).max()) / boxes, 1e-9)
         box = np.minimum(inside.astype(np.int64), boxes - 1)
-        away = np.linalg.norm(inside - box - 0.5, axis=1)
+        away = ((inside - box - 0.5) ** 2) @ np.ones(3)
         order = np.argsort(np.where(np.array(igl.is_border_vertex(faces)), -away, away))
         _, first, kept = np.unique(
             np.ravel_multi_index(tuple(box[order].T), (boxes,) * 3),
@@ -41,10 +41,12 @@ class MeshPart:
         rows, own = order[first], np.zeros(len(vertices), dtype=np.int64)
         own[order] = kept
         fewer = own[faces]
-        fewer = fewer[(fewer != np.roll(fewer, 1, axis=1)).all(axis=1)]
+        a, b, c = fewer.T
+        fewer = fewer[(a != b) & (b != c) & (c != a)]
         is_kept = np.zeros(len(vertices), dtype=bool)
         is_kept[rows] = True
-        ring, ring_faces = np.unique(faces[is_kept[faces].any(axis=1)], return_inverse=True)
+        a, b, c = is_kept[faces].T
+        ring, ring_faces = np.unique(faces[a | b | c], return_inverse=True)
         ring_faces, places = ring_faces.reshape(-1, 3), np.searchsorted(ring, rows)
         normals = vertex_normals(vertices[ring], ring_faces)[places]
         along = face_normals(vertices[rows], fewer) * normals[fewer].sum(axis=1)
