@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 
-from flyreg_core.mesh import Floats, Integers
+from flyreg_core.mesh import Booleans, Floats, Integers
 from flyreg_core.normals import face_normals, vertex_normals
+from flyreg_core.topology import used_vertices
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,21 +26,27 @@ class MeshPart:
     def of(cls, vertices: Floats, faces: Integers, boxes: int) -> MeshPart:
         """Return one vertex of each box that holds some, and the faces that are left with these.
 
-        A box's vertex is the one nearest to its middle, or on a boundary the one farthest from it, so
-        that corners stay. Faces that come to lie upside down hide nothing that others do not.
+        Parameters
+        ----------
+        boxes : int
+            Along the longest side of the mesh.
+
+        Notes
+        -----
+        Faces that come to lie upside down are left out: they hide nothing that others do not.
+
+        References
+        ----------
+        Rossignac and Borrel, Multi-resolution 3D approximations for rendering complex scenes, Modeling
+        in Computer Graphics, 1993.
         """
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-        inside = (vertices - low) / max(float((high - low).max()) / boxes, 1e-9)
-        box = np.minimum(inside.astype(np.int64), boxes - 1)
-        away = ((inside - box - 0.5) ** 2) @ np.ones(3)
-        order = np.argsort(np.where(np.array(igl.is_border_vertex(faces)), -away, away))
-        _, first, kept = np.unique(
-            np.ravel_multi_index(tuple(box[order].T), (boxes,) * 3),
-            return_index=True,
-            return_inverse=True,
-        )
-        rows, own = order[first], np.zeros(len(vertices), dtype=np.int64)
-        own[order] = kept
+        used = used_vertices(faces)
+        if not len(used):
+            return cls(used, faces, used, faces, used)
+        is_border = np.array(igl.is_border_vertex(faces))[used]
+        chosen, box = _one_of_each_box(vertices[used], is_border, boxes)
+        rows, own = used[chosen], np.zeros(len(vertices), dtype=np.int64)
+        own[used] = box
         fewer = own[faces]
         a, b, c = fewer.T
         fewer = fewer[(a != b) & (b != c) & (c != a)]
@@ -51,3 +58,21 @@ class MeshPart:
         normals = vertex_normals(vertices[ring], ring_faces)[places]
         along = face_normals(vertices[rows], fewer) * normals[fewer].sum(axis=1)
         return cls(rows, fewer[along.sum(axis=1) > 0], ring, ring_faces, places)
+
+
+def _one_of_each_box(places: Floats, is_border: Booleans, boxes: int) -> tuple[Integers, Integers]:
+    """Return which of (n, 3) places stands for each box, and the number of the box that each is in.
+
+    It is the one nearest to the box's middle, or on a border the one farthest from it: so corners
+    stay.
+    """
+    low, high = places.min(axis=0), places.max(axis=0)
+    inside = (places - low) / max(float((high - low).max()) / boxes, 1e-9)
+    cell = np.minimum(inside.astype(np.int64), boxes - 1)
+    away = ((inside - cell - 0.5) ** 2) @ np.ones(3)
+    order = np.argsort(np.where(is_border, -away, away))
+    key = np.ravel_multi_index(tuple(cell[order].T), (boxes,) * 3)
+    _, first, number = np.unique(key, return_index=True, return_inverse=True)
+    box = np.zeros(len(places), dtype=np.int64)
+    box[order] = number
+    return order[first], box

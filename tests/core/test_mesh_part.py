@@ -33,3 +33,23 @@ def test_a_part_of_a_sheet_reaches_its_borders_and_corners() -> None:
     assert (face_normals(kept, part.faces)[:, 2] > 0).all()
     corners = {(0.0, 0.0), (3.0, 0.0), (0.0, 2.0), (3.0, 2.0)}
     assert corners <= {tuple(row) for row in kept[:, :2]}
+
+
+def test_vertices_that_no_face_uses_change_nothing() -> None:
+    vertices, faces = sphere(1.0, rounds=4)
+    alone = MeshPart.of(vertices, faces, 12)
+    far = np.array([[0.0, 50.0, 0.0]])
+    among = MeshPart.of(np.concatenate([far, vertices, far]), faces + 1, 12)
+    np.testing.assert_array_equal(among.rows, alone.rows + 1)
+    np.testing.assert_array_equal(among.faces, alone.faces)
+
+
+def test_a_mesh_without_faces_has_an_empty_part() -> None:
+    part = MeshPart.of(np.zeros((3, 3)), np.zeros((0, 3), dtype=np.int64), 12)
+    assert len(part.rows) == len(part.faces) == len(part.ring) == 0
+
+
+def test_of_one_face_in_one_place_nothing_is_left() -> None:
+    part = MeshPart.of(np.ones((3, 3)), np.array([[0, 1, 2]]), 12)
+    assert len(part.rows) == 1
+    assert len(part.faces) == 0
