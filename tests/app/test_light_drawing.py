@@ -10,7 +10,9 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication, QStyle, QStyleOptionSlider
 
-from tests.app.hands import LEFT, open_with_a_pull, settle
+from tests.app.hands import LEFT, open_with_a_pull, pixel, settle
+
+pytestmark = pytest.mark.window
 
 
 @pytest.fixture
@@ -124,6 +126,19 @@ def test_brains_that_are_turned_have_fewer_triangles_until_the_button_is_release
         qtbot.waitUntil(lambda layer=layer, n=triangles: given_to_vtk(layer)[1] < n)
     qtbot.mouseRelease(canvas, LEFT, pos=start + QPoint(30, 10))
     qtbot.waitUntil(lambda: [given_to_vtk(layer)[1] for layer in layers] == whole)
+
+
+def test_brains_that_are_cut_by_hand_have_fewer_triangles_until_it_lets_go(qtbot, window, slow):
+    area = window.view_area
+    area.cut_bar.set_on(True)
+    canvas, layer = area.target.canvas, area.target.surface
+    triangles = given_to_vtk(layer)[1]
+    start = pixel(canvas, area.cut_handles[1].dot)
+    qtbot.mousePress(canvas, LEFT, pos=start)
+    qtbot.mouseMove(canvas, start + QPoint(10, 10))
+    qtbot.waitUntil(lambda: given_to_vtk(layer)[1] < triangles)
+    qtbot.mouseRelease(canvas, LEFT, pos=start + QPoint(10, 10))
+    qtbot.waitUntil(lambda: given_to_vtk(layer)[1] == triangles)
 
 
 def test_the_wheel_is_over_when_it_has_stood_still_for_a_while(qtbot, window, slow):

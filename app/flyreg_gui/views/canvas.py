@@ -59,7 +59,7 @@ class Canvas(QtInteractor):
     hovered = Signal(QPointF)  # the mouse is there, no button pressed
     left = Signal()  # the mouse has gone, or turns the camera
     camera_moved = Signal()  # by the user's hand
-    moving = Signal(bool)  # the user's hand moves the camera, or has let go of it
+    moving = Signal(bool)  # the user's hand moves the camera or what it grabbed, or has let go
     resized = Signal()
 
     def __init__(self, parent: QWidget) -> None:
@@ -213,6 +213,7 @@ class Canvas(QtInteractor):
             self.hovered.emit(event.position())
             return
         if self._held is not None:
+            self.moving.emit(True)
             self._held.move(event.position())
             return
         position = event.position()
@@ -232,6 +233,7 @@ class Canvas(QtInteractor):
         if self._held is not None:
             held, self._held, self._press = self._held, None, None
             held.release()
+            self.moving.emit(False)
             return
         is_click = self._press is not None and not self._is_drag
         self._press = None
