@@ -133,6 +133,8 @@ class Tour(QObject):
     def end(self) -> None:
         """Take the bubble away."""
         self.number = None
+        if (center := self._window.centralWidget()) is not None:
+            center.removeEventFilter(self)
         self.ring.hide()
         self.bubble.hide()
 
