@@ -37,4 +37,7 @@ report                   report, report_page     what came of it -> report.json,
 What the user decides is a `project.Project`; `edits` change it, `project_file` keeps it. Two brains
 that were prepared for each other are kept on disk by `cache`. `comparison` runs other methods
 (`rivals`) on the same prepared brains, each in a process of its own (`apart`).
+
+Parts of scipy that only preparing needs are called by their full names (`scipy.ndimage.label`): so they
+are imported when first used, and what is already prepared opens sooner.
 """

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numba import njit
-from scipy import optimize
 
 from flyreg_core.mesh import Floats
 
@@ -85,7 +85,7 @@ def find_postures(lateral: Floats, midplane: Floats, share: Floats) -> tuple[Pos
     postures = []
     for _, sense, start in sorted(starts, key=lambda start: float(start[0]))[:REFINED]:
         points = np.column_stack([lateral / unit, plane * [1.0, sense]])
-        found = optimize.minimize(
+        found = scipy.optimize.minimize(
             _cost, start, (points, weight), "BFGS", jac=True, options={"maxiter": ROUNDS}
         )
         turn = _rotation(found.x[0])[1:, 1:] * [1.0, sense]

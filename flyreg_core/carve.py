@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+import scipy
 from numba import njit
-from scipy import ndimage
 
 from flyreg_core.mesh import Booleans, Floats, Integers
 from flyreg_core.progress import Report
@@ -153,7 +153,7 @@ def find_membranes(inside: Booleans, fixed: Booleans, distance: Floats) -> list[
     is_ring = (inside_pieces == 1) & (outside_pieces == 2)
     flat_inside = inside.reshape(-1)
     steps = NEIGHBOURS @ np.array(inside.strides, dtype=np.int64)
-    labels, _ = ndimage.label(inside & ~fixed, kuhn_structure())
+    labels, _ = scipy.ndimage.label(inside & ~fixed, kuhn_structure())
     voxels = np.flatnonzero(labels)
     links = np.array([_link(flat_inside, int(voxel), steps) for voxel in voxels], dtype=np.int64)
     is_pierceable = is_ring[links] if len(links) else np.zeros(0, dtype=bool)

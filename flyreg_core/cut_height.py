@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from flyreg_core.frame import ANTERO_POSTERIOR, LEFT_RIGHT
 from flyreg_core.mesh import Booleans, Floats
@@ -74,7 +74,7 @@ def _inside_sections(places: Floats, cut: Floats, pitch: float) -> Floats:
     margin = SECTION_MARGIN * (high - low)
     middles = x.min() + SECTION * pitch * (np.arange(count) + 0.5)
     front, back = (
-        np.interp(x, middles, ndimage.gaussian_filter1d(end, SECTION_BLUR, mode="nearest"))
+        np.interp(x, middles, scipy.ndimage.gaussian_filter1d(end, SECTION_BLUR, mode="nearest"))
         for end in (low + margin, high - margin)
     )
     return np.asarray(np.clip(cut, front, back))

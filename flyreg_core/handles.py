@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from flyreg_core.carve import (
     NEIGHBOURS,
@@ -125,7 +125,7 @@ def open_oesophagus(solid: VoxelSolid, parameters: HandleParameters, report: Rep
     """
     low, box = _box_around(solid.inside)
     fixed = solid.inside[box]
-    distance = ndimage.distance_transform_edt(~fixed)
+    distance = scipy.ndimage.distance_transform_edt(~fixed)
     inside = np.zeros_like(fixed)
     inside[1:-1, 1:-1, 1:-1] = True
     carve(inside, fixed, distance, within(report, 0.0, 0.8))
@@ -198,7 +198,7 @@ def find_thinnest_channel(solid: VoxelSolid) -> tuple[Point, Point] | None:
     """Return the ends of a channel through the thinnest place of the midline, if it is thin there."""
     midline = _Midline.of(solid)
     x, y = solid.coordinates(LEFT_RIGHT), solid.coordinates(DORSO_VENTRAL)
-    thickness = ndimage.gaussian_filter(midline.thickness, 1.0)
+    thickness = scipy.ndimage.gaussian_filter(midline.thickness, 1.0)
     is_eligible = midline.is_near(2 * x)[:, None] & midline.is_central(y)[None]
     if not is_eligible.any():
         return None
@@ -325,13 +325,13 @@ def _behind(before: Booleans, sheet: Booleans, front: Voxel, back: Voxel) -> Boo
     low = np.maximum(occupied.min(axis=0) - SURROUNDINGS, 0)
     box = tuple(slice(a, b) for a, b in zip(low, occupied.max(axis=0) + SURROUNDINGS, strict=True))
     structure, outside = kuhn_structure(), ~before[box]
-    near = ndimage.binary_dilation(sheet[box], structure) & outside
+    near = scipy.ndimage.binary_dilation(sheet[box], structure) & outside
     reached = np.zeros(outside.shape, dtype=np.int8)
     for number, seed in enumerate((front, back), start=1):
         reached[tuple(np.array(seed) - low)] = number
     news = reached > 0
     while news.any() and (near & (reached == 0)).any():
-        grown = [ndimage.binary_dilation(reached == side, structure) for side in (1, 2)]
+        grown = [scipy.ndimage.binary_dilation(reached == side, structure) for side in (1, 2)]
         news = outside & (reached == 0) & (grown[0] | grown[1])
         reached[news] = np.where(grown[0][news], 1, 2)
     behind = np.zeros_like(before)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from flyreg_core.errors import MeshError
 from flyreg_core.isosurface import extract_surface
@@ -60,7 +60,7 @@ def label_surface(labels: NDArray[Any], header: VolumeHeader, report: Report) ->
     report(0.6, "finding the surface of the labels")
     padded = np.pad(share.transpose(), MARGIN)
     blur = [BLUR if factor > 1 else BLUR_OF_SINGLE for factor in factors]
-    field = ndimage.gaussian_filter(padded, blur, truncate=3.0, mode="constant") - 0.5
+    field = scipy.ndimage.gaussian_filter(padded, blur, truncate=3.0, mode="constant") - 0.5
     if not (field > 0).any():
         raise MeshError("the labelled voxels are too few and scattered for a surface")
     blocks = extract_surface(field, np.full(3, -float(MARGIN)), 1.0)

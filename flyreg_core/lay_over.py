@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import isotonic_regression
+import scipy
 from scipy.spatial import KDTree
 
 from flyreg_core.boundary import Curve, CurveKey
@@ -111,7 +111,7 @@ def _share_by_shape(curve: Curve, target: Curve, to_target: ShapeMap) -> Curve:
 def _growing(share: Floats, goal: Floats) -> Floats:
     """Return the shares nearest to goals that grow everywhere, at least a little."""
     length = np.gradient(share)  # a vertex counts for the part of the curve that it stands for
-    steep = isotonic_regression(goal - LEAST_SLOPE * share, weights=length).x
+    steep = scipy.optimize.isotonic_regression(goal - LEAST_SLOPE * share, weights=length).x
     return np.asarray(LEAST_SLOPE * share + steep)
 
 

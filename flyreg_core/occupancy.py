@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from flyreg_core.errors import InputError
 from flyreg_core.mesh import Floats, SurfaceMesh
@@ -58,7 +58,7 @@ class Occupancy:
         `room_for` makes the grid as wide as another, larger sigma needs.
         """
         margin = int(np.ceil(4 * max(sigma, room_for)))
-        share = ndimage.gaussian_filter(np.pad(self.share, margin), sigma)
+        share = scipy.ndimage.gaussian_filter(np.pad(self.share, margin), sigma)
         return Occupancy(share, self.low - margin * self.pitch, self.pitch)
 
 

@@ -21,7 +21,7 @@ from flyreg_core.preparation import Preparation
 from flyreg_core.progress import Report, ignore, in_chunks, within
 from flyreg_core.project import Project
 from flyreg_core.results import Pair, PreparedBrain, Results, find_warnings
-from flyreg_core.side_by_side import both_halves
+from flyreg_core.side_by_side import both, both_halves
 from flyreg_core.suggestions import suggest_pairs, turned_round
 from flyreg_core.surface_distance import measure_distances
 from flyreg_core.thin_plate_spline import fit_thin_plate_spline
@@ -79,12 +79,21 @@ class Pipeline(Preparation):
         landmarks = placements.landmarks
         distances = judgement = None
         if measure:
-            judgement = self._judge(
-                *(source.flat, target.flat, locators, landmarks, registration, project.smoothing),
-                report=within(report, 0.9, 0.91),
-            )
-            distances = self._distances(
-                registration.surface, target.surface, report=within(report, 0.9, 1.0)
+            judgement, distances = both(
+                lambda: self._judge(
+                    *(
+                        source.flat,
+                        target.flat,
+                        locators,
+                        landmarks,
+                        registration,
+                        project.smoothing,
+                    ),
+                    report=within(report, 0.9, 0.91),
+                ),
+                lambda: self._distances(
+                    registration.surface, target.surface, report=within(report, 0.91, 1.0)
+                ),
             )
         seconds = {memo.name: memo.seconds for memo in memos if memo.name}
         warnings = find_warnings(source, target, pair.alignment, pairs, landmarks, registration)

@@ -6,8 +6,8 @@ import heapq
 from dataclasses import replace
 
 import numpy as np
+import scipy
 from numba import njit
-from scipy import ndimage
 
 from flyreg_core.carve import carve
 from flyreg_core.handles import Carving
@@ -41,7 +41,7 @@ def pocket_depths(inside: Booleans) -> Floats:
     narrowness = np.clip((WIDE - local_thickness(outside, WIDE)) / (WIDE - NARROW), 0.0, 1.0)
     is_open = _with_the_corner(outside & (narrowness == 0))
     pockets = outside & ~is_open
-    start = ndimage.binary_dilation(pockets, np.ones((3, 3, 3), dtype=bool)) & is_open
+    start = scipy.ndimage.binary_dilation(pockets, np.ones((3, 3, 3), dtype=bool)) & is_open
     depth = _shortest_ways(pockets, narrowness, start)
     depth[~pockets] = 0.0
     return np.asarray(depth[(slice(margin, -margin),) * 3])
@@ -62,9 +62,9 @@ def local_thickness(outside: Booleans, most: float) -> Floats:
     Hildebrand, Ruegsegger, A new method for the model-independent assessment of thickness in
     three-dimensional images, J. Microscopy 185(1), 1997, doi:10.1046/j.1365-2818.1997.1340694.x.
     """
-    radius = ndimage.distance_transform_edt(outside)
+    radius = scipy.ndimage.distance_transform_edt(outside)
     is_wide = radius >= most
-    thickness = np.where(ndimage.distance_transform_edt(~is_wide) < most, most, 0.0)
+    thickness = np.where(scipy.ndimage.distance_transform_edt(~is_wide) < most, most, 0.0)
     _cover(thickness, np.where(is_wide, 0.0, radius))
     return np.where(outside, thickness, 0.0)
 
@@ -85,7 +85,7 @@ def _cover(thickness: Floats, radius: Floats) -> None:
 
 def _with_the_corner(outside: Booleans) -> Booleans:
     """Return the component of the outside that holds its first corner."""
-    labels, _ = ndimage.label(outside, kuhn_structure())
+    labels, _ = scipy.ndimage.label(outside, kuhn_structure())
     return np.asarray(labels == labels[0, 0, 0])
 
 
@@ -157,11 +157,11 @@ def fill_pockets(
     is taken away next to the others: they would be left standing alone, with no thickness to cut.
     """
     is_deep = depths > DEPTH
-    rim = ndimage.binary_dilation(carving.membrane, kuhn_structure())
+    rim = scipy.ndimage.binary_dilation(carving.membrane, kuhn_structure())
     outside = ~carving.solid.inside
     places = is_deep & is_main & outside
     inside = ~_without(outside, places, depths, rim, within(report, 0.0, 0.5))
-    held = ndimage.binary_dilation(
+    held = scipy.ndimage.binary_dilation(
         carving.solid.inside & ~closed.inside,
         np.ones((3, 3, 3), dtype=bool),
         iterations=AROUND_MEMBRANES,
@@ -186,7 +186,7 @@ def _without(
     )
     way = outside.copy()
     finite = np.where(np.isinf(depths), outside.size, depths)
-    last = SHALLOW_BEFORE_MIDDLE * finite - ndimage.distance_transform_edt(outside)
+    last = SHALLOW_BEFORE_MIDDLE * finite - scipy.ndimage.distance_transform_edt(outside)
     carve(way, outside & ~pockets, last, within(report, 0.0, 0.5))
     away = _shortest_ways(pockets, np.ones(outside.shape), pockets & way)
     is_far = places & (away > FARTHEST_FROM_WAY)
@@ -200,6 +200,6 @@ def below_lids(filled: VoxelSolid, depths: Floats) -> Floats:
 
     Negative above the floor; infinite depths count as little as `DEPTH` below it.
     """
-    is_floor = ndimage.binary_dilation(filled.inside & (depths > DEPTH), kuhn_structure())
+    is_floor = scipy.ndimage.binary_dilation(filled.inside & (depths > DEPTH), kuhn_structure())
     below = np.clip(depths - DEPTH, -DEPTH, DEPTH)
     return np.asarray(np.where(is_floor & (depths > 0), filled.pitch * below, 0.0))

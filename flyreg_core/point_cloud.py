@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft, ndimage, sparse
+import scipy
+from scipy import sparse
 
 from flyreg_core.errors import MeshError
 from flyreg_core.isosurface import extract_surface
@@ -148,7 +149,7 @@ def _extract(points: Floats, normals: Floats, around: Neighbourhood) -> SurfaceM
     pitch = max(PITCH * around.spacing, FINEST_UM, float(np.cbrt(extent.prod() / MOST_VOXELS)))
     origin = points.min(axis=0) - MARGIN * pitch
     shape = tuple(
-        fft.next_fast_len(int(length), real=True)
+        scipy.fft.next_fast_len(int(length), real=True)
         for length in np.ceil(extent / pitch) + 2 * MARGIN + 1
     )
     spread = _spread((points - origin) / pitch, shape)
@@ -177,23 +178,25 @@ def _indicator(
     normals: Floats, areas: Floats, spread: sparse.csr_array, shape: tuple[int, ...]
 ) -> Floats:
     """Return a field on the grid that is positive inside and 0 at the points."""
-    frequencies = [2 * np.pi * fft.fftfreq(n) for n in shape[:2]]
-    frequencies.append(2 * np.pi * fft.rfftfreq(shape[2]))
+    frequencies = [2 * np.pi * scipy.fft.fftfreq(n) for n in shape[:2]]
+    frequencies.append(2 * np.pi * scipy.fft.rfftfreq(shape[2]))
     waves = np.meshgrid(*frequencies, indexing="ij", sparse=True)
     squared = np.asarray(sum(wave**2 for wave in waves))
     blur = np.exp(-squared * LEVEL_BLUR**2 / 2)
     weighted = spread @ (normals * areas[:, None])
     divergence = sum(
-        1j * wave * fft.rfftn(weighted[:, axis].reshape(shape), workers=-1)
+        1j * wave * scipy.fft.rfftn(weighted[:, axis].reshape(shape), workers=-1)
         for axis, wave in enumerate(waves)
     )
     divergence *= np.exp(-squared * BLUR**2 / 2)
     squared[0, 0, 0] = 1.0  # the mean, which no gradient tells
-    indicator = fft.irfftn(divergence / squared, shape, workers=-1)
+    indicator = scipy.fft.irfftn(divergence / squared, shape, workers=-1)
     values = spread.T @ indicator.ravel()
     middle = np.average(values, weights=areas)
     deviation, density = (
-        fft.irfftn(blur * fft.rfftn((spread @ part).reshape(shape), workers=-1), shape, workers=-1)
+        scipy.fft.irfftn(
+            blur * scipy.fft.rfftn((spread @ part).reshape(shape), workers=-1), shape, workers=-1
+        )
         for part in ((values - middle) * areas, areas)
     )
     far = 1e-3 * density.max()  # from all points, where the level is their mean
@@ -201,7 +204,7 @@ def _indicator(
 
 
 def _without_specks(indicator: Floats) -> Floats:
-    bodies, _ = ndimage.label(indicator > 0)
+    bodies, _ = scipy.ndimage.label(indicator > 0)
     sizes = np.bincount(bodies.ravel())
     sizes[0] = 0
     is_speck = sizes < SPECK * sizes.max()

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage, sparse
+import scipy
+from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
@@ -107,8 +108,8 @@ def _roll_ball(points: Floats, normals: Floats, radius: float) -> tuple[Sight, f
     voxel = np.round((points - low) / pitch).astype(np.int64)
     is_free = np.ones(np.ceil((high - low) / pitch).astype(int) + 1, dtype=bool)
     is_free[tuple(voxel.T)] = False
-    regions, _ = ndimage.label(ndimage.distance_transform_edt(is_free) * pitch > radius)
-    depth, nearest = ndimage.distance_transform_edt(
+    regions, _ = scipy.ndimage.label(scipy.ndimage.distance_transform_edt(is_free) * pitch > radius)
+    depth, nearest = scipy.ndimage.distance_transform_edt(
         regions != regions[0, 0, 0], return_indices=True
     )
     way = low + pitch * nearest[(slice(None), *voxel.T)].T - points

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from flyreg_core.anatomy import find_middle, find_postures
 from flyreg_core.errors import InputError
@@ -52,7 +52,7 @@ class PoseParameters:
         for column, letter in enumerate(self.axes):
             stated[AXIS_LETTERS[letter], column] = 1 if letter in "LVP" else -1
         likeness = stated @ frame.axes.T
-        rows, own = linear_sum_assignment(-np.abs(likeness))
+        rows, own = scipy.optimize.linear_sum_assignment(-np.abs(likeness))
         turn = np.zeros((3, 3))
         turn[rows, own] = np.where(likeness[rows, own] < 0, -1.0, 1.0)
         return BrainFrame(frame.origin, turn @ frame.axes)

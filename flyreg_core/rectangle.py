@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numba import njit
-from scipy.optimize import brentq
 
 from flyreg_core.landmarks import CurveName, HalfName
 from flyreg_core.mesh import Floats
@@ -63,7 +63,9 @@ def radial_law(v: Floats, area: Floats) -> RadialLaw:
     median = float(np.interp(cumulative[-1] / 2, cumulative, v[order]))
     median = min(max(median, 0.02), 0.98)
     half_area = (np.sqrt((1 + HOLE**2) / 2) - HOLE) / (1 - HOLE)
-    rate = brentq(lambda r: float(RadialLaw(r).beta(np.array(median))) - half_area, -200.0, 200.0)
+    rate = scipy.optimize.brentq(
+        lambda r: float(RadialLaw(r).beta(np.array(median))) - half_area, -200.0, 200.0
+    )
     return RadialLaw(float(rate))
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from flyreg_core.errors import MeshError
 from flyreg_core.frame import DORSO_VENTRAL, LEFT_RIGHT, BrainFrame
@@ -142,15 +142,15 @@ def close_cracks(inside: Booleans, radius: float) -> Booleans:
     """
     margin = int(np.ceil(radius)) + 1
     padded = np.pad(inside, margin)
-    dilated = ndimage.distance_transform_edt(~padded) <= radius
-    closed = ndimage.distance_transform_edt(dilated) > radius
+    dilated = scipy.ndimage.distance_transform_edt(~padded) <= radius
+    closed = scipy.ndimage.distance_transform_edt(dilated) > radius
     return np.asarray(closed[(slice(margin, -margin),) * 3] | inside)
 
 
 def largest_component(inside: Booleans) -> Booleans:
     """Return the largest component of a solid, which has one, its cavities filled, on the Kuhn grid."""
     structure = kuhn_structure()
-    labels, _ = ndimage.label(inside, structure)
+    labels, _ = scipy.ndimage.label(inside, structure)
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0
-    return np.asarray(ndimage.binary_fill_holes(labels == sizes.argmax(), structure))
+    return np.asarray(scipy.ndimage.binary_fill_holes(labels == sizes.argmax(), structure))

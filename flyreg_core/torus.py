@@ -6,7 +6,7 @@ import contextlib
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import ndimage
+import scipy
 from scipy.spatial import cKDTree
 
 from flyreg_core.errors import TopologyError
@@ -189,11 +189,11 @@ def _make_torus(
 
 
 def _fillings(filled: VoxelSolid) -> tuple[Filling, ...]:
-    labels, count = ndimage.label(filled.inside, kuhn_structure())
+    labels, count = scipy.ndimage.label(filled.inside, kuhn_structure())
     numbers = np.arange(1, count + 1)
     if not count:
         return ()
-    centers = np.array(ndimage.center_of_mass(filled.inside, labels, numbers))
+    centers = np.array(scipy.ndimage.center_of_mass(filled.inside, labels, numbers))
     volumes = np.bincount(labels.reshape(-1))[1:] * filled.pitch**3
     places = filled.frame.points(filled.origin + filled.pitch * centers)
     order = np.argsort(-volumes, kind="stable")
@@ -242,7 +242,9 @@ def _depth(
     trim plane, so that the surface passes where the original does, or to the lid of a pocket.
     """
     inside, structure = solid.inside, kuhn_structure()
-    near = ndimage.binary_dilation(inside, structure) & ~ndimage.binary_erosion(inside, structure)
+    near = scipy.ndimage.binary_dilation(inside, structure) & ~scipy.ndimage.binary_erosion(
+        inside, structure
+    )
     index = np.nonzero(near)
     positions = solid.positions(index)
     to_surface, to_lid = distances_to_surface(positions, original, report), lids[index]

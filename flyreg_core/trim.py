@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from flyreg_core.errors import MeshError
 from flyreg_core.frame import ANTERO_POSTERIOR, LEFT_RIGHT
@@ -78,7 +78,7 @@ def find_trim_planes(solid: VoxelSolid, parameters: TrimParameters) -> TrimPlane
     x = solid.coordinates(LEFT_RIGHT)
     silhouette = np.asarray(solid.inside.any(axis=ANTERO_POSTERIOR))
     occupied = np.flatnonzero(silhouette.any(axis=1))
-    height = ndimage.gaussian_filter1d(
+    height = scipy.ndimage.gaussian_filter1d(
         silhouette.sum(axis=1).astype(float), PROFILE_BLUR * len(occupied)
     )
     middle, reach = (occupied[0] + occupied[-1]) / 2, (occupied[-1] - occupied[0]) / 2
