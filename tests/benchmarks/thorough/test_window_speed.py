@@ -109,13 +109,18 @@ def test_a_tick_in_the_window_and_its_longest_stalls(qtbot, empty_window, fine, 
             QApplication.processEvents()
         QApplication.processEvents()
 
+    def relabel(number: int) -> None:
+        window.status.show_place(str(number))
+        QApplication.processEvents()
+
+    label = milliseconds(relabel)
     drawing = milliseconds(redraw)
     session.begin_gesture()
     ticks = milliseconds(tick)
     session.end_gesture()
     settle(qtbot, window)
 
-    rows = {"redrawing what stands": drawing, "a tick of lambda": ticks}
+    rows = {"a label alone": label, "redrawing what stands": drawing, "a tick of lambda": ticks}
     rows["between beats, dragging"] = gaps_dragging(qtbot, window)
     for frame in window.view_area.frames:
         frame.hide()
