@@ -77,7 +77,7 @@ def _divided_half(
     added = np.unique(faces[new])
     vertex_of = np.concatenate([half.vertex_of, added[added >= n]])
     own_faces = _own_numbers(vertex_of, faces)
-    own_parent = (np.cumsum(in_half) - 1)[parent]
+    own_parent = old.own_face[parent]
     places = half.flat.corners[own_parent[new]]
     corners = _corners(faces[new], old.surface.faces[parent[new]], places, refinement, n)
     uv = np.zeros((len(vertex_of), 2))

@@ -154,9 +154,8 @@ def _places_of_partners(
     in_half = target.dissection.piece_of_face == PIECES.index(half)
     is_sure &= in_half[partners.face]
     is_sure &= partners.apart_um <= TOLERANCE * float(np.median(partners.apart_um))
-    number = np.cumsum(in_half) - 1  # of each face in its half
     uv = own.flat.uv.copy()
-    corners = target.halves[half].flat.corners[number[partners.face[is_sure]]]
+    corners = target.halves[half].flat.corners[target.dissection.own_face[partners.face[is_sure]]]
     place = np.einsum("ij,ijk->ik", partners.barycentric[is_sure], corners)
     turn = wrapped(place[:, 0] - uv[is_sure, 0])
     uv[is_sure] = np.stack([uv[is_sure, 0] + turn, place[:, 1]], axis=1)

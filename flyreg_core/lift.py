@@ -15,13 +15,7 @@ from flyreg_core.caps import Cap, cap_grid, carry_cap, find_caps, lay_cap_flat, 
 from flyreg_core.correspondence import FlatBrain, PlacedLandmark
 from flyreg_core.halves import FlatHalf, along_outer
 from flyreg_core.landmarks import HALVES, HalfName
-from flyreg_core.locate import (
-    TriangleGrid,
-    find_triangles,
-    once_around,
-    strip_grid,
-    walk_to,
-)
+from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid, walk_to
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import orientations
 from flyreg_core.progress import Report

@@ -81,14 +81,8 @@ class Pipeline(Preparation):
         if measure:
             judgement, distances = both(
                 lambda: self._judge(
-                    *(
-                        source.flat,
-                        target.flat,
-                        locators,
-                        landmarks,
-                        registration,
-                        project.smoothing,
-                    ),
+                    *(source.flat, target.flat, locators),
+                    *(landmarks, registration, project.smoothing),
                     report=within(report, 0.9, 0.91),
                 ),
                 lambda: self._distances(

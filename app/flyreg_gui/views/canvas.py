@@ -212,16 +212,15 @@ class Canvas(QtInteractor):
         if self._press is None or not event.buttons():
             self.hovered.emit(event.position())
             return
-        if self._held is not None:
-            self.moving.emit(True)
-            self._held.move(event.position())
-            return
         position = event.position()
         moved = position - self._press
-        if not self._is_drag and max(abs(moved.x()), abs(moved.y())) > CLICK_RADIUS:
+        is_far = self._held is not None or max(abs(moved.x()), abs(moved.y())) > CLICK_RADIUS
+        if is_far and not self._is_drag:
             self._is_drag = True
             self.moving.emit(True)
-        if self._is_drag:
+        if self._held is not None:
+            self._held.move(position)
+        elif self._is_drag:
             self.left.emit()
             self._drag(position - self._last, event)
             self._last = position
@@ -230,13 +229,11 @@ class Canvas(QtInteractor):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End a drag, or tell of a click."""
-        if self._held is not None:
-            held, self._held, self._press = self._held, None, None
-            held.release()
-            self.moving.emit(False)
-            return
-        is_click = self._press is not None and not self._is_drag
+        held, self._held = self._held, None
+        is_click = self._press is not None and held is None and not self._is_drag
         self._press = None
+        if held is not None:
+            held.release()
         if self._is_drag:
             self.moving.emit(False)
         if is_click and event.button() == Qt.MouseButton.LeftButton:

@@ -118,17 +118,17 @@ class FlatView:
         mine, other = results.source.halves[self.half], results.target.halves[self.half]
         warped = results.registration.halves[self.half]
         drawn = (mine, other, source, target)
+        self._warped, self._faces = warped, mine.faces
         if not self._drawn or any(a is not b for a, b in zip(drawn, self._drawn, strict=True)):
             self._drawn = drawn
             self._lines = GridLines.of(mine.plane, mine.faces)
             self._source.hide()
             self._target.show(raised(other.plane, TARGET_Z), other.faces, target[other.vertex_of])
             self._colors = source[mine.vertex_of]
-            self._source.show(raised(warped.plane, SOURCE_Z), mine.faces, self._colors)
+            self._bend()
             self._source.set_opacity(1 - self._blend)
             self._show_outline(other.plane, other.faces)
             self._show_sides()
-        self._warped, self._faces = warped, mine.faces
         self.canvas.refresh()
 
     def _bend(self) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
-from weakref import WeakMethod
 
 import numpy as np
 import pyvista as pv
@@ -89,8 +88,7 @@ class MarkerLayer:
 
     def __init__(self, canvas: Canvas, *, flat: bool = False, are_cubes: bool = False) -> None:
         self._canvas = canvas
-        self._make = _cube if are_cubes else _disc if flat else _ball
-        self._resolution = 0
+        self._resolution = 0  # of the balls
         self._polydata = pv.PolyData()
         self._mapper = vtkGlyph3DMapper()
         self._mapper.SetInputData(self._polydata)
@@ -106,7 +104,10 @@ class MarkerLayer:
         self.actor.GetProperty().SetAmbient(0.35)
         self.actor.VisibilityOff()
         canvas.renderer.AddActor(self.actor)
-        canvas.before_drawing(self._shape)
+        if flat or are_cubes:
+            self._mapper.SetSourceData(_cube() if are_cubes else _disc())
+        else:
+            canvas.before_drawing(self._shape)
 
     def _shape(self) -> None:
         """Make balls of fewer triangles where there are many, and fewer still while a hand moves."""
@@ -116,7 +117,7 @@ class MarkerLayer:
         resolution = min(max(int(np.sqrt(most / (2 * count))), least), MOST_RESOLUTION)
         if resolution != self._resolution:
             self._resolution = resolution
-            self._mapper.SetSourceData(self._make(resolution))
+            self._mapper.SetSourceData(_ball(resolution))
 
     def set_clip(self, plane: vtkPlane | None) -> None:
         """Draw only what lies where the plane's normal points to, or all."""
@@ -145,13 +146,13 @@ def _ball(resolution: int) -> pv.PolyData:
     return pv.Sphere(radius=1.0, theta_resolution=resolution, phi_resolution=resolution)
 
 
-def _disc(_resolution: int) -> pv.PolyData:
+def _disc() -> pv.PolyData:
     """Return what is seen of a ball from above."""
     disc: pv.PolyData = pv.Disc(inner=0.0, outer=1.0, r_res=1, c_res=2 * MOST_RESOLUTION)
     return disc
 
 
-def _cube(_resolution: int) -> pv.PolyData:
+def _cube() -> pv.PolyData:
     return pv.Cube(x_length=CUBE, y_length=CUBE, z_length=CUBE)
 
 
@@ -246,25 +247,19 @@ class LineLayer:
 class LabelLayer:
     """A few short texts, each beside its point and in front of everything."""
 
-    def __init__(self, plotter: BasePlotter, size: int = 12, *, centered: bool = False) -> None:
-        self._plotter, self._size, self._centered = plotter, size, centered
+    def __init__(self, canvas: Canvas, size: int = 12, *, centered: bool = False) -> None:
+        self._canvas, self._size, self._centered = canvas, size, centered
         self._actors: list[vtkTextActor] = []
         self._scale = 1.0
         self._color: Color = (0, 0, 0)
         self._background: Color = (255, 255, 255)
-        place = WeakMethod(self._keep_inside)  # or VTK would keep the layer for ever
-
-        def before_drawing(*_event: object) -> None:
-            if (keep_inside := place()) is not None:
-                keep_inside()
-
-        plotter.renderer.AddObserver("StartEvent", before_drawing)
+        canvas.before_drawing(self._keep_inside)
 
     def _keep_inside(self) -> None:
         """Write to the left of their points what would be cut off at the right border."""
         if self._centered:
             return
-        renderer, size = self._plotter.renderer, [0.0, 0.0]
+        renderer, size = self._canvas.renderer, [0.0, 0.0]
         right, up = LABEL_OFFSET
         for actor in self._actors:
             if not actor.GetVisibility():
@@ -297,7 +292,7 @@ class LabelLayer:
             actor.GetPositionCoordinate().SetCoordinateSystemToViewport()
             actor.GetPositionCoordinate().SetReferenceCoordinate(place)
             self._style(actor)
-            self._plotter.renderer.AddActor(actor)
+            self._canvas.renderer.AddActor(actor)
             self._actors.append(actor)
         for i, actor in enumerate(self._actors):
             actor.SetVisibility(i < len(texts))

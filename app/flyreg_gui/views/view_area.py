@@ -65,7 +65,7 @@ class ViewArea(QWidget):
         self._theme: Theme | None = None
         self._looks: dict[Role, Look] = {}
         self._landmarks: object = None  # those on show
-        self._blend, self._is_light = 0.0, False
+        self._blend = 0.0
         self._instead: float | None = None
         self.marker_scale, self._are_markers_shown, self._are_own_named = 1.0, True, False
         self._stages: dict[Role, Stage] = dict.fromkeys(ROLES, "prepared")
@@ -155,10 +155,7 @@ class ViewArea(QWidget):
         """Take notice that a hand moves what is drawn, or has let go of it."""
         for frame in self.frames:
             frame.canvas.set_moving(on)
-        is_light = any(frame.canvas.is_light for frame in self.frames)
-        if is_light != self._is_light:
-            self._is_light = is_light
-            self.lightened.emit(is_light)
+        self.lightened.emit(any(frame.canvas.is_light for frame in self.frames))
 
     def set_blend(self, blend: float) -> None:
         """Show the registered source at 0, the target at 1, where both are on show."""
