@@ -8,18 +8,21 @@ from functools import cached_property
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse.linalg import SuperLU
 
 from flyreg_core.boundary import Curve, CurveKey
 from flyreg_core.cut import Dissection
-from flyreg_core.flatten import Springs, mean_matrix
+from flyreg_core.flatten import Springs, factorized, mean_matrix
 from flyreg_core.landmarks import CurveName
 from flyreg_core.locate import TriangleGrid, build_grid, find_triangles
 from flyreg_core.mesh import Floats, Integers
+from flyreg_core.orientation import orientations
 from flyreg_core.topology import compacted, unique_edges
 
 ACROSS = 1e-3
 """Weight of a spring across a face that was divided, against 1 of its sides."""
+CENTER, RADIUS = np.array([0.5, 0.0]), 0.25
+"""Of the circle on which rims are laid flat."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +42,16 @@ class Cap:
         inner = np.setdiff1d(np.arange(len(self.vertex_of)), self.rim)
         rows = means[inner]
         system = sparse.eye_array(len(inner)) - rows[:, inner]
-        return inner, splu(system.tocsc()), rows[:, self.rim]
+        return inner, factorized(system.tocsc()), rows[:, self.rim]
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedCap:
+    """A cap of the source on the target's, laid flat."""
+
+    flat: Floats  # (k, 2)
+    face: Integers  # (k,), of the target's cap, where each vertex lies
+    flipped: int  # faces flipped, decided exactly
 
 
 def find_caps(
@@ -92,14 +104,15 @@ def lay_cap_flat(cap: Cap, rim_places: Floats) -> Floats:
 
 
 def rim_circle(side: CurveName, curves: Mapping[CurveKey, Curve]) -> Floats:
-    """Return the (b, 2) places of a rim on the unit circle, anterior and posterior half a turn each.
+    """Return the (b, 2) places of a rim on a circle, anterior and posterior half a turn each.
 
-    The circle is run through so that faces keep their orientation.
+    The circle is run through so that faces keep their orientation. It lies within one turn of a
+    strip, so that what finds places on strips finds them on caps.
     """
     anterior, posterior = (np.pi * curves[side, half].share for half in ("anterior", "posterior"))
     angle = np.concatenate([anterior[:-1], 2 * np.pi - posterior[::-1][:-1]])
     turn = 1 if side == "left" else -1
-    return np.stack([np.cos(angle), turn * np.sin(angle)], axis=1)
+    return CENTER + RADIUS * np.stack([np.cos(angle), turn * np.sin(angle)], axis=1)
 
 
 def rim_places(
@@ -121,7 +134,8 @@ def rim_places(
             )
         )
     turn = 1 if side == "left" else -1
-    return np.asarray(np.concatenate([rim[0][:-1], (rim[1] * [1, -1])[::-1][:-1]]) * [1, turn])
+    around = np.concatenate([rim[0][:-1], (rim[1] * [1, -1])[::-1][:-1]])
+    return np.asarray(CENTER + RADIUS * around * [1, turn])
 
 
 def cap_grid(cap: Cap, flat: Floats) -> TriangleGrid:
@@ -131,26 +145,28 @@ def cap_grid(cap: Cap, flat: Floats) -> TriangleGrid:
 
 def carry_cap(
     cap: Cap,
-    source_curves: Mapping[CurveKey, Curve],
     mapped: Mapping[CurveKey, Floats],
-    target: Cap,
     target_curves: Mapping[CurveKey, Curve],
     target_grid: TriangleGrid,
-    target_points: Floats,
-) -> tuple[Floats, Floats]:
-    """Return where a cap's vertices go on the target's cap, and their flat places there.
+    target_corners: Floats,
+    near: Integers | None = None,
+) -> tuple[Floats, CarriedCap]:
+    """Return where a cap's vertices go on the target's cap, as (k, 3) points and laid flat.
 
     Parameters
     ----------
     mapped : curve -> target shares
         Where the rim goes; the rest follows by Tutte, so that nothing folds.
-    target_points : (n, 3) float
-        Vertices of the whole target surface.
+    target_corners : (m, 3, 3) float
+        Of the faces of the target's cap, on the surface.
+    near : (k,) int, optional
+        Faces of the target's cap in which vertices are looked for first.
     """
     flat = lay_cap_flat(cap, rim_places(cap.side, mapped, target_curves))
-    face, barycentric = find_triangles(target_grid, flat)
-    corners = target_points[target.vertex_of[target.faces[face]]]
-    return np.einsum("ij,ijk->ik", barycentric, corners), flat
+    face, barycentric = find_triangles(target_grid, flat, near)
+    points = np.einsum("ij,ijk->ik", barycentric, target_corners[face])
+    flipped = int((orientations(flat[cap.faces]) <= 0).sum())
+    return points, CarriedCap(flat, face, flipped)
 
 
 def _around(side: CurveName, values: Mapping[CurveKey, Integers]) -> Integers:

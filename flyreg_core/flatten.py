@@ -173,7 +173,10 @@ def solve_means(
 
 
 def factorized(positive_definite: sparse.csc_array) -> SuperLU:
-    """Return what solves for a symmetric matrix; it needs no pivots, and no wide panels for a mesh."""
+    """Return what solves for a symmetric matrix, or one with scaled rows, made from a mesh.
+
+    It needs no pivots, and no wide panels.
+    """
     return splu(
         positive_definite,
         permc_spec="MMD_AT_PLUS_A",

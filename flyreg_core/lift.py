@@ -11,13 +11,20 @@ from numba import njit
 
 from flyreg_core.boundary import CurveKey
 from flyreg_core.boundary_map import map_boundaries, seam_gaps
-from flyreg_core.caps import Cap, cap_grid, carry_cap, find_caps, lay_cap_flat, rim_circle
+from flyreg_core.caps import (
+    Cap,
+    CarriedCap,
+    cap_grid,
+    carry_cap,
+    find_caps,
+    lay_cap_flat,
+    rim_circle,
+)
 from flyreg_core.correspondence import FlatBrain, PlacedLandmark
 from flyreg_core.halves import FlatHalf, along_outer
 from flyreg_core.landmarks import HALVES, HalfName
-from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid, walk_to
+from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
-from flyreg_core.orientation import orientations
 from flyreg_core.progress import Report
 from flyreg_core.rectangle import (
     RadialLaw,
@@ -43,9 +50,9 @@ class Locators:
     """What finding flat triangles of the target needs, built once."""
 
     halves: Mapping[HalfName, TriangleGrid]
-    tables: Mapping[HalfName, Floats]  # see `lift_table`
-    caps: tuple[Cap, Cap]
+    corners: Mapping[HalfName, Floats]  # (m, 3, 3), of their faces on the surface, micrometres
     cap_grids: tuple[TriangleGrid, TriangleGrid]
+    cap_corners: tuple[Floats, Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +84,13 @@ class Registration:
 
     surface: SurfaceMesh  # the source's faces, moved vertices
     halves: Mapping[HalfName, WarpedHalf]
-    flipped_on_caps: int
+    caps: tuple[CarriedCap, CarriedCap]
     residual_um: Mapping[str, float]  # by id of the landmarks that act, in the delivered surface
+
+    @property
+    def flipped_on_caps(self) -> int:
+        """Faces flipped on the caps laid flat, decided exactly."""
+        return sum(cap.flipped for cap in self.caps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,28 +119,14 @@ def build_locators(target: FlatBrain) -> Locators:
     caps = find_caps(target.dissection, target.curves, target.added)
     grids = [cap_grid(cap, lay_cap_flat(cap, rim_circle(cap.side, target.curves))) for cap in caps]
     points = target.dissection.surface.vertices
-
-    def of_half(half: HalfName, _: Report) -> tuple[TriangleGrid, Floats]:
-        grid = strip_grid(target.halves[half].flat)
-        return grid, lift_table(target.halves[half], grid, points)
-
-    halves = both_halves(of_half)
+    corners = [points[cap.vertex_of[cap.faces]] for cap in caps]
+    halves = both_halves(lambda half, _: strip_grid(target.halves[half].flat))
     return Locators(
-        {half: grid for half, (grid, _) in halves.items()},
-        {half: table for half, (_, table) in halves.items()},
-        caps,
+        halves,
+        {half: _corners_on_surface(target.halves[half], points) for half in HALVES},
         (grids[0], grids[1]),
+        (corners[0], corners[1]),
     )
-
-
-def lift_table(target: FlatHalf, grid: TriangleGrid, points: Floats) -> Floats:
-    """Return for each face of a half its corners on the strip and on the surface, side by side.
-
-    A lift looks up many faces in no order: together they take fewer reads of memory.
-    """
-    corners = points[target.vertex_of[target.faces]].reshape(-1, 9)
-    flat = grid.corners[: len(corners)].reshape(-1, 6)
-    return np.hstack([flat, corners, np.zeros((len(corners), 1))])
 
 
 def register(
@@ -163,27 +161,24 @@ def register(
     mapped = map_boundaries(source, shifts)
     sewn = {key: target.curves[key].at(shares) for key, shares in mapped.items()}
     vertices = np.zeros_like(source.dissection.surface.vertices)
-    points = target.dissection.surface.vertices
 
     def carry_half(half: HalfName, report: Report) -> WarpedHalf:
         own, other = source.halves[half], target.halves[half]
         raw = _warp_half(own, other, warped[half], mapped)
         mended = unfold(raw, own.net, own.is_boundary, report)
         near = None if last is None else last.halves[half].face
-        grid, table = locators.halves[half], locators.tables[half]
-        face = _lift_into(vertices, own.vertex_of, mended.flat.uv, half, grid, table, near)
+        grid, corners = locators.halves[half], locators.corners[half]
+        face = _lift_into(vertices, own.vertex_of, mended.flat.uv, half, grid, corners, near)
         gaps = seam_gaps(source, target, half, shifts[half], sewn)
         return _warped_half(raw, mended, other.law, face, gaps)
 
-    def carry_one_cap(number: int) -> int:
-        cap, to = source_caps[number], locators.caps[number]
-        carried, flat_cap = carry_cap(
-            *(cap, source.curves, mapped, to, target.curves, locators.cap_grids[number], points)
-        )
-        vertices[cap.vertex_of] = carried
-        return int((orientations(flat_cap[cap.faces]) <= 0).sum())
+    def carry_one_cap(number: int) -> CarriedCap:
+        cap, near = source_caps[number], None if last is None else last.caps[number].face
+        onto = target.curves, locators.cap_grids[number], locators.cap_corners[number]
+        vertices[cap.vertex_of], carried = carry_cap(cap, mapped, *onto, near)
+        return carried
 
-    def carry(half: HalfName, report: Report) -> tuple[WarpedHalf, int]:
+    def carry(half: HalfName, report: Report) -> tuple[WarpedHalf, CarriedCap]:
         """Carry a half and, so that both halves are as much work, one of the caps."""
         return carry_half(half, report), carry_one_cap(HALVES.index(half))
 
@@ -194,8 +189,8 @@ def register(
         vertices[curve.vertices] = sewn[key]
     vertices.setflags(write=False)
     surface = source.dissection.surface.moved(vertices)
-    flipped_on_caps = sum(flipped for _, flipped in carried.values())
-    return Registration(surface, halves, flipped_on_caps, _residuals(surface, ends))
+    caps = carried[HALVES[0]][1], carried[HALVES[1]][1]
+    return Registration(surface, halves, caps, _residuals(surface, ends))
 
 
 def lift(
@@ -206,8 +201,8 @@ def lift(
 ) -> Floats:
     """Return the (k, 3) surface points of (k, 2) strip coordinates on a half (eq. 13)."""
     lifted = np.zeros((len(uv), 3))
-    table = lift_table(target, grid, points)
-    _lift_into(lifted, np.arange(len(uv)), uv, target.name, grid, table, None)
+    corners = _corners_on_surface(target, points)
+    _lift_into(lifted, np.arange(len(uv)), uv, target.name, grid, corners, None)
     return lifted
 
 
@@ -221,50 +216,41 @@ def lift_places(
     return lift(uv, other, grid, surface)
 
 
+def _corners_on_surface(half: FlatHalf, points: Floats) -> Floats:
+    """Return (m, 3, 3) where the corners of a half's faces lie among the surface's points."""
+    return points[half.vertex_of[half.faces]]
+
+
 def _lift_into(
     lifted: Floats,
     rows: Integers,
     uv: Floats,
     name: HalfName,
     grid: TriangleGrid,
-    table: Floats,
+    corners: Floats,
     near: Integers | None,
 ) -> Integers:
     """Write the surface points of strip coordinates into some rows; return the faces they lie in.
 
     Faces are looked for `near` first.
     """
-    if near is None:
-        near, _ = find_triangles(grid, once_around(uv))
-    face = _lift_near(uv, near, table, grid.neighbours, rows, lifted)
-    lost = np.flatnonzero(face < 0)
-    if len(lost):
-        face[lost], barycentric = find_triangles(grid, once_around(uv[lost]))
-        if (face[lost] < 0).any():
-            raise ValueError(
-                f"{(face < 0).sum()} flat places lie in no triangle of the {name} half"
-            )
-        corners = table[face[lost], 6:15].reshape(-1, 3, 3)
-        lifted[rows[lost]] = np.einsum("ij,ijk->ik", barycentric, corners)
+    face, barycentric = find_triangles(grid, once_around(uv) if near is None else uv, near)
+    lost = int((face < 0).sum())
+    if lost:
+        raise ValueError(f"{lost} flat places lie in no triangle of the {name} half")
+    _write_points(face, barycentric, corners, rows, lifted)
     return face
 
 
 @njit(nogil=True, cache=True)
-def _lift_near(
-    uv: Floats, near: Integers, table: Floats, neighbours: Integers, rows: Integers, lifted: Floats
-) -> Integers:
-    """Lift what a walk from nearby faces finds; return the faces, -1 where it does not arrive."""
-    faces = np.zeros(len(uv), dtype=np.int64)
-    for k in range(len(uv)):
-        face, a, b, c = walk_to(uv[k, 0], uv[k, 1], near[k], table, neighbours)
-        faces[k] = face
-        if face >= 0:
-            row = rows[k]
-            for i in range(3):
-                lifted[row, i] = (
-                    a * table[face, 6 + i] + b * table[face, 9 + i] + c * table[face, 12 + i]
-                )
-    return faces
+def _write_points(
+    face: Integers, barycentric: Floats, corners: Floats, rows: Integers, lifted: Floats
+) -> None:
+    for k in range(len(face)):
+        t, row = face[k], rows[k]
+        a, b, c = barycentric[k, 0], barycentric[k, 1], barycentric[k, 2]
+        for i in range(3):
+            lifted[row, i] = a * corners[t, 0, i] + b * corners[t, 1, i] + c * corners[t, 2, i]
 
 
 def _warp_half(

@@ -92,11 +92,10 @@ def find_triangles(
     that it is least outside of, and coordinates moved into it; -1 where its cell is empty.
     """
     if near is not None:
-        corners = grid.corners.reshape(-1, 6)
-        found, barycentric = walk(points, near, corners, grid.neighbours)
+        found, barycentric = _walk(points, near, grid.corners, grid.neighbours)
         lost = np.flatnonzero(found < 0)
         if len(lost):
-            found[lost], barycentric[lost] = find_triangles(grid, points[lost])
+            found[lost], barycentric[lost] = find_triangles(grid, once_around(points[lost]))
         return found, barycentric
     row = np.clip(np.searchsorted(grid.rows, points[:, 1], side="right") - 1, 0, len(grid.rows) - 2)
     column = np.clip(((points[:, 0] - grid.low) / grid.width).astype(np.int64), 0, grid.columns - 1)
@@ -165,43 +164,39 @@ def _find(
 
 
 @njit(nogil=True, cache=True)
-def walk(
+def _walk(
     places: Floats, near: Integers, corners: Floats, neighbours: Integers
 ) -> tuple[Integers, Floats]:
     """Return the faces that (k, 2) places of a strip lie in, -1 if not reached, and where in them.
 
-    Rows of `corners` begin with u and v of the three corners of a face.
+    One loop without helpers: a compiled helper that is given arrays counts who holds them, at each
+    call and in turn with the other threads, which takes as long as a step of the walk.
     """
     found = np.full(len(places), -1, dtype=np.int64)
     barycentric = np.zeros((len(places), 3))
     for k in range(len(places)):
-        found[k], a, b, c = walk_to(places[k, 0], places[k, 1], near[k], corners, neighbours)
-        barycentric[k, 0], barycentric[k, 1], barycentric[k, 2] = a, b, c
+        u, v, t = places[k, 0], places[k, 1], near[k]
+        for _ in range(MOST_STEPS):
+            if t < 0:
+                break
+            ax, bx, cx = corners[t, 0, 0], corners[t, 1, 0], corners[t, 2, 0]
+            x = u + math.floor((ax + bx + cx) / 3 - u + 0.5)
+            ax, bx, cx = ax - x, bx - x, cx - x
+            ay, by, cy = corners[t, 0, 1] - v, corners[t, 1, 1] - v, corners[t, 2, 1] - v
+            wa, wb, wc = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
+            total = wa + wb + wc
+            if total <= 0:
+                break
+            if wa >= 0 and wb >= 0 and wc >= 0:
+                found[k] = t
+                barycentric[k, 0] = wa / total
+                barycentric[k, 1] = wb / total
+                barycentric[k, 2] = wc / total
+                break
+            across = 0
+            if wb < wa and wb <= wc:
+                across = 1
+            elif wc < wa:
+                across = 2
+            t = neighbours[t, across]
     return found, barycentric
-
-
-@njit(nogil=True, cache=True)
-def walk_to(
-    u: float, v: float, t: int, corners: Floats, neighbours: Integers
-) -> tuple[int, float, float, float]:
-    """Return the face that one place lies in, looked for from face t on, and where in it."""
-    for _ in range(MOST_STEPS):
-        if t < 0:
-            break
-        ax, bx, cx = corners[t, 0], corners[t, 2], corners[t, 4]
-        x = u + math.floor((ax + bx + cx) / 3 - u + 0.5)
-        ax, bx, cx = ax - x, bx - x, cx - x
-        ay, by, cy = corners[t, 1] - v, corners[t, 3] - v, corners[t, 5] - v
-        wa, wb, wc = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
-        total = wa + wb + wc
-        if total <= 0:
-            break
-        if wa >= 0 and wb >= 0 and wc >= 0:
-            return t, wa / total, wb / total, wc / total
-        across = 0
-        if wb < wa and wb <= wc:
-            across = 1
-        elif wc < wa:
-            across = 2
-        t = neighbours[t, across]
-    return -1, 0.0, 0.0, 0.0

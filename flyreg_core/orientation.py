@@ -73,8 +73,14 @@ def _sign_by_fractions(corners: Floats) -> int:
 def _signs(corners: Floats) -> Integers:
     signs = np.zeros(len(corners), dtype=np.int64)
     for k in range(len(corners)):
-        a, b, c = corners[k]
-        signs[k] = sign_of_triangle(a[0], a[1], b[0], b[1], c[0], c[1])
+        signs[k] = sign_of_triangle(
+            corners[k, 0, 0],
+            corners[k, 0, 1],
+            corners[k, 1, 0],
+            corners[k, 1, 1],
+            corners[k, 2, 0],
+            corners[k, 2, 1],
+        )
     return signs
 
 

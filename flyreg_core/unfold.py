@@ -146,7 +146,8 @@ def _relax_rounds(
     for done in range(rounds):
         moving = [0 for _ in range(0)]
         for face in bad:
-            for vertex in faces[face]:
+            for corner in range(3):
+                vertex = faces[face, corner]
                 if not is_fixed[vertex] and seen_vertex[vertex] != done:
                     seen_vertex[vertex] = done
                     moving.append(vertex)
@@ -161,13 +162,14 @@ def _relax_rounds(
             seen_face[face] = done
         for k, vertex in enumerate(moving):
             uv[vertex, 0], uv[vertex, 1] = moved[k, 0], moved[k, 1]
-            for face in around[starts[vertex] : starts[vertex + 1]]:
+            for place in range(starts[vertex], starts[vertex + 1]):
+                face = around[place]
                 if seen_face[face] != done:
                     seen_face[face] = done
                     touched.append(face)
         bad = np.array(touched)
         for face in bad:
-            a, b, c = faces[face]
+            a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
             sign = sign_of_triangle(
                 uv[a, 0] + shifts[face, 0],
                 uv[a, 1],

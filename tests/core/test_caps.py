@@ -3,7 +3,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flyreg_core.caps import cap_grid, carry_cap, find_caps, lay_cap_flat, rim_circle
+from flyreg_core.caps import (
+    CENTER,
+    RADIUS,
+    cap_grid,
+    carry_cap,
+    find_caps,
+    lay_cap_flat,
+    rim_circle,
+)
 from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import SurfaceMesh
 from flyreg_core.orientation import orientations
@@ -21,12 +29,11 @@ def caps_of(brain):
 
 
 def carried(source, target, side, mapped):
-    """The source's cap carried to the target's: where its vertices go, their flat places."""
+    """The source's cap carried to the target's: where its vertices go, and how it lies flat."""
     cap, other = caps_of(source)[side], caps_of(target)[side]
     grid = cap_grid(other, lay_cap_flat(other, rim_circle(side, target.flat.curves)))
-    curves = source.flat.curves, target.flat.curves
-    points = target.surface.vertices
-    return cap, *carry_cap(cap, curves[0], mapped, other, curves[1], grid, points)
+    corners = target.surface.vertices[other.vertex_of[other.faces]]
+    return cap, *carry_cap(cap, mapped, target.flat.curves, grid, corners)
 
 
 def random_shares(brain, seed):
@@ -61,7 +68,7 @@ def test_a_cap_is_laid_flat_on_a_circle_without_a_fold(demo: PreparedBrain, side
     cap = caps_of(demo)[side]
     circle = rim_circle(side, demo.flat.curves)
     flat = lay_cap_flat(cap, circle)
-    assert np.linalg.norm(circle, axis=1) == pytest.approx(1)
+    assert np.linalg.norm(circle - CENTER, axis=1) == pytest.approx(RADIUS)
     assert np.array_equal(flat[cap.rim], circle)
     assert (orientations(flat[cap.faces]) == 1).all()
 
@@ -87,7 +94,7 @@ def test_each_half_has_half_of_the_circle(demo: PreparedBrain, side):
     }
     for half in HALVES:
         ends = flat[own[half][[0, -1]]]
-        assert ends == pytest.approx(np.array([[1.0, 0], [-1, 0]]), abs=1e-12)
+        assert ends == pytest.approx(CENTER + RADIUS * np.array([[1, 0], [-1, 0]]), abs=1e-12)
     sign = 1 if side == "left" else -1
     assert (sign * flat[own["anterior"][1:-1], 1] > 0).all()
     assert (sign * flat[own["posterior"][1:-1], 1] < 0).all()
@@ -105,8 +112,9 @@ def test_a_cap_carried_to_itself_stays_where_it_is(demo: PreparedBrain, side):
 @given(seed=SEEDS)
 @settings(max_examples=10)
 def test_a_cap_is_carried_without_a_fold_however_its_rim_goes(demo_source, demo_target, side, seed):
-    cap, _, flat = carried(demo_source, demo_target, side, random_shares(demo_source, seed))
-    assert (orientations(flat[cap.faces]) == 1).all()
+    cap, _, on_target = carried(demo_source, demo_target, side, random_shares(demo_source, seed))
+    assert (orientations(on_target.flat[cap.faces]) == 1).all()
+    assert on_target.flipped == 0
 
 
 @pytest.mark.parametrize("side", SIDES)
