@@ -10,8 +10,10 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flyreg_core import topology
 from flyreg_core.alignment import Alignment
@@ -20,7 +22,7 @@ from flyreg_core.facts import Facts
 from flyreg_core.files import write_atomically
 from flyreg_core.judgement import Judgement
 from flyreg_core.landmarks import HALVES
-from flyreg_core.mesh import FlatMesh, Floats, Integers
+from flyreg_core.mesh import FlatMesh
 from flyreg_core.orientation import orientations, signed_areas
 from flyreg_core.preparation_report import handle_facts, pose_facts, simplified_facts
 from flyreg_core.project import Project
@@ -233,17 +235,17 @@ def _trade_off(judgement: Judgement | None, smoothing: float) -> Facts | None:
 
 def write_flat(path: Path, results: Results) -> None:
     """Write the flat halves before and after the spline, from which others can tell folds."""
-    arrays: dict[str, Floats | Integers] = {}
+    arrays: dict[str, NDArray[Any]] = {}
     for half in HALVES:
         before, after = results.source.halves[half].flat, results.registration.halves[half].flat
         arrays |= {
             f"{half}_source_uv": before.uv,
             f"{half}_registered_uv": after.uv,
-            f"{half}_faces": after.faces,
-            f"{half}_corner_shifts": after.corner_shifts,
+            f"{half}_faces": after.faces.astype(np.int32),
+            f"{half}_corner_shifts": after.corner_shifts.astype(np.int8),
         }
     content = io.BytesIO()
-    np.savez_compressed(content, **arrays)  # type: ignore[arg-type]
+    np.savez(content, **arrays)  # type: ignore[arg-type]  # packing places saves a third, in 0.4 s
     write_atomically(path, content.getvalue())
 
 

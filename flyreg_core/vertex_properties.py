@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import Floats, Integers
@@ -10,6 +11,8 @@ from flyreg_core.results import Results
 
 INFLUENCE_WIDTH = 0.2
 """Width in the rectangle over which a landmark's weight is shown to fade."""
+PARTS = 20
+"""So many parts of a half are looked at in turn: a table of all distances could fill the memory."""
 STATUS = {"by the spline": 0, "on a curve": 1, "fold mended": 2, "on a cap": 3}
 """Values of the registered mesh's property `status`: how each vertex got its place."""
 
@@ -19,10 +22,12 @@ def weight_influence(results: Results) -> Floats:
     influence = np.zeros(len(results.source.surface.vertices))
     for half in HALVES:
         flat = results.source.halves[half]
-        for mark in results.landmarks:
-            if half in mark.plane and mark.weight > 0:
-                away = np.linalg.norm(flat.plane - mark.plane[half][0], axis=1) / INFLUENCE_WIDTH
-                influence[flat.vertex_of] += mark.weight * np.exp(-(away**2) / 2)
+        acting = [mark for mark in results.landmarks if half in mark.plane and mark.weight > 0]
+        places = np.array([mark.plane[half][0] for mark in acting]).reshape(-1, 2)
+        weights = np.array([mark.weight for mark in acting])
+        for rows in np.array_split(np.arange(len(flat.vertex_of)), PARTS):
+            away = cdist(flat.plane[rows], places, "sqeuclidean") / INFLUENCE_WIDTH**2
+            influence[flat.vertex_of[rows]] += np.exp(-away / 2) @ weights
     return influence
 
 
