@@ -6,8 +6,8 @@ import pytest
 pytest.importorskip("PySide6")
 from flyreg_gui.status import FEWER
 from flyreg_gui.views import canvas as canvas_module
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QStyle, QStyleOptionSlider
 
 from tests.app.hands import LEFT, open_with_a_pull, pixel, settle
@@ -126,6 +126,29 @@ def test_brains_that_are_turned_have_fewer_triangles_until_the_button_is_release
         qtbot.waitUntil(lambda layer=layer, n=triangles: given_to_vtk(layer)[1] < n)
     qtbot.mouseRelease(canvas, LEFT, pos=start + QPoint(30, 10))
     qtbot.waitUntil(lambda: [given_to_vtk(layer)[1] for layer in layers] == whole)
+
+
+def test_a_turn_whose_release_another_window_got_is_over_when_the_mouse_comes_back(
+    qtbot, window, slow
+):
+    canvas, layer = window.view_area.source.canvas, window.view_area.source.surface
+    triangles = given_to_vtk(layer)[1]
+    start = canvas.rect().center()
+    qtbot.mousePress(canvas, LEFT, pos=start)
+    qtbot.mouseMove(canvas, start + QPoint(30, 10))
+    qtbot.waitUntil(lambda: given_to_vtk(layer)[1] < triangles)
+    camera = canvas.renderer.GetActiveCamera()
+    turned_to = camera.GetPosition()
+    place = QPointF(start + QPoint(60, 20))
+    back = QMouseEvent(
+        *(QEvent.Type.MouseMove, place, canvas.mapToGlobal(place)),
+        *(Qt.MouseButton.NoButton, Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier),
+    )
+    QApplication.sendEvent(canvas, back)
+    qtbot.waitUntil(lambda: given_to_vtk(layer)[1] == triangles)
+    assert camera.GetPosition() == turned_to
+    qtbot.mouseRelease(canvas, LEFT, pos=start)
+    assert camera.GetPosition() == turned_to
 
 
 def test_brains_that_are_cut_by_hand_have_fewer_triangles_until_it_lets_go(qtbot, window, slow):

@@ -209,7 +209,9 @@ class Canvas(QtInteractor):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Turn, move or zoom once the mouse has left the place of the press."""
-        if self._press is None or not event.buttons():
+        if self._press is not None and not event.buttons():
+            self._let_go()  # the release went elsewhere, to a dialog that opened meanwhile
+        if self._press is None:
             self.hovered.emit(event.position())
             return
         position = event.position()
@@ -229,13 +231,8 @@ class Canvas(QtInteractor):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End a drag, or tell of a click."""
-        held, self._held = self._held, None
-        is_click = self._press is not None and held is None and not self._is_drag
-        self._press = None
-        if held is not None:
-            held.release()
-        if self._is_drag:
-            self.moving.emit(False)
+        is_click = self._press is not None and self._held is None and not self._is_drag
+        self._let_go()
         if is_click and event.button() == Qt.MouseButton.LeftButton:
             self.clicked.emit(event.position(), event.modifiers())
 
@@ -272,6 +269,14 @@ class Canvas(QtInteractor):
         event.accept()
 
     # What a drag does
+
+    def _let_go(self) -> None:
+        held, self._held, self._press = self._held, None, None
+        was_drag, self._is_drag = self._is_drag, False
+        if held is not None:
+            held.release()
+        if was_drag:
+            self.moving.emit(False)
 
     def _drag(self, step: QPointF, event: QMouseEvent) -> None:
         shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
