@@ -209,6 +209,8 @@ class MainWindow(QMainWindow):
         self.landmarks.look_at_asked.connect(self.view_area.look_at)
         self.view_area.pointer.moved.connect(self.status.show_place)
         self.view_area.lightened.connect(self.status.show_lightness)
+        self.view_area.lightened.connect(self.runner.pace)
+        self.view_area.turns.over.connect(self.runner.begin_next)
         self.start.open_asked.connect(files.open_brains)
         self.start.project_asked.connect(files.open_project)
         self.start.demo_asked.connect(files.open_demo)

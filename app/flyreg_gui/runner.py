@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -17,6 +18,8 @@ from flyreg_core.project import Project
 from flyreg_core.results import Results
 
 SECONDS_BETWEEN_REPORTS = 0.2
+MOST_WAITED_S = 0.25
+"""So long a run waits for pictures to be drawn; those of a window that is hidden never are."""
 
 
 class RunsProjects(Protocol):
@@ -66,6 +69,9 @@ class Runner(QObject):
         self._newest: Run | None = None
         self._count = 0
         self._is_closed = False
+        self._is_paced, self._latest = False, 0.0
+        self._may_begin = threading.Event()
+        self._may_begin.set()
         self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="flyreg-pipeline")
 
     def submit(self, project: Project, *, measure: bool = False) -> Run:
@@ -80,6 +86,18 @@ class Runner(QObject):
             self._executor.submit(self._run, run)
         return run
 
+    def pace(self, on: bool) -> None:
+        """Let each run wait until the results of the last are drawn, for a moment at most.
+
+        Drawing without a graphics card takes the processor: side by side, neither is done sooner.
+        """
+        self._is_paced = on
+        self.begin_next()
+
+    def begin_next(self) -> None:
+        """Let the next run begin: the results of the last are drawn."""
+        self._may_begin.set()
+
     def cancel(self) -> None:
         """Stop what runs and drop what waits."""
         self._newest = None
@@ -88,9 +106,11 @@ class Runner(QObject):
         """Cancel and wait for the thread; nothing is run afterwards."""
         self._is_closed = True
         self.cancel()
+        self.pace(False)
         self._executor.shutdown(wait=True, cancel_futures=True)
 
     def _run(self, run: Run) -> None:  # worker thread from here on
+        self._may_begin.wait(max(self._latest - time.monotonic(), 0.0))
         if run is not self._newest:
             self.stopped.emit(run)
             return
@@ -104,6 +124,9 @@ class Runner(QObject):
         except Exception as error:  # the session shows it; nothing may end the worker silently
             self.failed.emit(run, error)
         else:
+            if self._is_paced:
+                self._latest = time.monotonic() + MOST_WAITED_S
+                self._may_begin.clear()
             self.finished.emit(run, results, time.perf_counter() - start)
 
     def _report(self, run: Run, is_due: Callable[[], bool], fraction: float, text: str) -> None:

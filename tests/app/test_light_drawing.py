@@ -1,12 +1,15 @@
 """What is slow to draw has fewer triangles while a hand moves it; what is hidden is not drawn at all."""
 
+import itertools
+from functools import partial
+
 import numpy as np
 import pytest
 
 pytest.importorskip("PySide6")
 from flyreg_gui.status import FEWER
 from flyreg_gui.views import canvas as canvas_module
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QStyle, QStyleOptionSlider
 
@@ -42,6 +45,20 @@ def is_other(layer, points):
     return not np.array_equal(given_to_vtk(layer)[0], points)
 
 
+def is_drawn(layer, vertices, triangles):
+    """Whether VTK draws so many triangles of a layer, over these vertices."""
+    points, drawn = given_to_vtk(layer)
+    shown = points[:, : vertices.shape[1]]
+    return drawn == triangles and np.array_equal(shown, vertices.astype(np.float32))
+
+
+def is_drawn_of(layer, vertices):
+    """Whether all vertices that VTK draws of a layer are some of these."""
+    points, _ = given_to_vtk(layer)
+    known = {tuple(row) for row in vertices.astype(np.float32)}
+    return all(tuple(row) in known for row in points[:, : vertices.shape[1]])
+
+
 def moved_layers(window):
     """The layers of the source where registration takes it, with where their vertices belong."""
     registration, area = window.session.results.registration, window.view_area
@@ -74,22 +91,78 @@ def test_while_lambda_is_dragged_fewer_triangles_follow_and_all_when_it_is_let_g
     whole = [given_to_vtk(layer) for _, layer, _ in moved_layers(window)]
     drag_slider(qtbot, slider, 30)
     wait_until_drawn(qtbot, window)
-    for _, layer, _ in moved_layers(window):
-        qtbot.waitUntil(lambda layer=layer: given_to_vtk(layer)[1] < 20_000)
-    assert FEWER in window.status.state.text()
     for (_, layer, vertices), (before, triangles) in zip(moved_layers(window), whole, strict=True):
+        qtbot.waitUntil(partial(is_drawn_of, layer, vertices))
         points, fewer = given_to_vtk(layer)
         assert 100 < fewer < triangles / 2
-        known = {tuple(row) for row in vertices.astype(np.float32)}
-        assert all(tuple(row) in known for row in points[:, : vertices.shape[1]])
         assert not {tuple(row) for row in points} <= {tuple(row) for row in before}
+    assert FEWER in window.status.state.text()
     qtbot.mouseRelease(slider, LEFT, pos=handle_of(slider))
     settle(qtbot, window)
     assert FEWER not in window.status.state.text()
     for (_, layer, vertices), (_, triangles) in zip(moved_layers(window), whole, strict=True):
-        points, again = given_to_vtk(layer)
-        assert again == triangles
-        np.testing.assert_array_equal(points[:, : vertices.shape[1]], vertices.astype(np.float32))
+        qtbot.waitUntil(partial(is_drawn, layer, vertices, triangles))
+
+
+@pytest.fixture
+def moments(window):
+    """What happens in a window, in turn: "drawn" for each picture, "answered" for each event loop."""
+    happened = []
+    for view in window.view_area.views:
+        view.canvas.renderer.AddObserver("EndEvent", lambda *_: happened.append("drawn"))
+    beat = QTimer()
+    beat.timeout.connect(lambda: happened.append("answered"))
+    beat.start(0)
+    yield happened
+    beat.stop()
+
+
+def test_between_two_slow_pictures_the_window_answers(qtbot, window, slow, moments):
+    open_with_a_pull(qtbot, window)
+    slider = window.landmarks.smoothing_slider
+    drag_slider(qtbot, slider, 30)
+    wait_until_drawn(qtbot, window)
+    moments.clear()
+    for step in range(31, 40):
+        qtbot.mouseMove(slider, handle_of(slider) + QPoint(step - 30, 0))
+        wait_until_drawn(qtbot, window)
+    qtbot.waitUntil(lambda: moments.count("drawn") > 10)
+    pairs = list(itertools.pairwise(moments))
+    assert ("drawn", "answered") in pairs
+    assert ("drawn", "drawn") not in pairs
+    qtbot.mouseRelease(slider, LEFT, pos=handle_of(slider))
+
+
+def test_while_slow_pictures_are_drawn_no_run_begins(qtbot, window, slow, moments):
+    open_with_a_pull(qtbot, window)
+    slider = window.landmarks.smoothing_slider
+    drag_slider(qtbot, slider, 30)
+    wait_until_drawn(qtbot, window)
+    window.session.results_changed.connect(lambda _results: moments.append("results"))
+    moments.clear()
+    for step in range(31, 45):
+        qtbot.mouseMove(slider, handle_of(slider) + QPoint(step - 30, 0))
+        qtbot.wait(20)
+    wait_until_drawn(qtbot, window)
+    news = [what for what in moments if what != "answered"]
+    moving = len(moved_layers(window))
+    runs = "".join(what[0] for what in news).split("r")[1:-1]
+    assert len(runs) > 2
+    assert all(drawn == moving * "d" for drawn in runs)
+    qtbot.mouseRelease(slider, LEFT, pos=handle_of(slider))
+
+
+def test_views_that_are_hidden_hold_nothing_up(qtbot, window, slow):
+    open_with_a_pull(qtbot, window)
+    slider = window.landmarks.smoothing_slider
+    drag_slider(qtbot, slider, 30)
+    wait_until_drawn(qtbot, window)
+    for frame in window.view_area.frames:
+        frame.hide()
+    for value in (slider.value() + 20, slider.value() + 40):
+        slider.setValue(value)
+        wait_until_drawn(qtbot, window)
+    qtbot.mouseRelease(slider, LEFT, pos=handle_of(slider))
 
 
 def test_what_is_drawn_fast_enough_stays_whole_under_the_hand(qtbot, window, monkeypatch):

@@ -11,6 +11,7 @@ from flyreg_core.errors import LandmarkError
 from flyreg_core.project import Brain, BrainInput, Project
 
 pytest.importorskip("PySide6")
+from flyreg_gui import runner as runner_module
 from flyreg_gui.runner import Runner
 
 PATIENCE_S = 10
@@ -147,3 +148,31 @@ def test_what_is_asked_for_after_closing_is_not_run(runner, pipeline):
     runner.close()
     runner.submit(make_project())
     assert pipeline.seen == []
+
+
+def test_a_paced_run_waits_until_the_results_before_it_are_drawn(
+    qtbot, runner, pipeline, monkeypatch
+):
+    monkeypatch.setattr(runner_module, "MOST_WAITED_S", 2 * PATIENCE_S)
+    runner.pace(True)
+    pipeline.go_on()
+    with qtbot.waitSignal(runner.finished):
+        runner.submit(make_project(1e-3))
+    pipeline.wait_begun()
+    newest = make_project(1e-2)
+    runner.submit(make_project(1e-4))
+    runner.submit(newest)
+    assert not pipeline.begun.acquire(timeout=0.2)
+    runner.begin_next()
+    pipeline.wait_begun()
+    assert pipeline.seen[-1][0] is newest
+
+
+def test_a_paced_run_waits_no_more_than_a_moment(qtbot, runner, pipeline):
+    runner.pace(True)
+    pipeline.go_on()
+    with qtbot.waitSignal(runner.finished):
+        runner.submit(make_project(1e-3))
+    pipeline.wait_begun()
+    runner.submit(make_project(1e-2))
+    pipeline.wait_begun()

@@ -16,6 +16,7 @@ from pyvistaqt import QtInteractor
 
 from flyreg_gui.theme import Theme, unit
 from flyreg_gui.views.graphics import samples_per_pixel
+from flyreg_gui.views.turns import Turns
 
 Floats = NDArray[np.float64]
 
@@ -72,6 +73,7 @@ class Canvas(QtInteractor):
         self._is_drag = False
         self.grabber: Grabber | None = None  # of the mode that is on
         self.handle: Grabber | None = None  # in whatever mode, and asked first
+        self.turns: Turns | None = None  # with the other canvases of the window
         self._held: Grabber | None = None
         self._layers: list[Callable[[], None]] = []
         self._is_moving = self._was_light = False
@@ -90,8 +92,11 @@ class Canvas(QtInteractor):
         self.renderer.AddObserver("StartEvent", before_drawing)
 
     def refresh(self) -> None:
-        """Have the scene drawn again, soon and once."""
-        self.update()
+        """Have the scene drawn again, soon and once; in turn with others that are slow to draw."""
+        if self.turns is not None and self.is_slow:
+            self.turns.ask(self)
+        else:
+            self.update()
 
     def before_drawing(self, prepare: Callable[[], None]) -> None:
         """Have a layer told whenever the scene is about to be drawn, after those told before."""
@@ -128,6 +133,8 @@ class Canvas(QtInteractor):
         super().paintGL()  # type: ignore[no-untyped-call]
         if not self._was_light:
             self._milliseconds = 1e3 * (time.perf_counter() - begun)
+        if self.turns is not None:
+            self.turns.drawn(self)
 
     def end(self) -> None:
         """End VTK, and let go of what Qt deletes after it.
@@ -137,7 +144,7 @@ class Canvas(QtInteractor):
         self.close()
         self._ctx = self._surface = self._gl = None
         self._layers.clear()
-        self.grabber = self.handle = self._held = None  # they hold the canvas
+        self.grabber = self.handle = self._held = self.turns = None  # they hold the canvas
 
     def set_samples(self, samples: int) -> None:
         """Draw with so many samples per pixel from now on."""

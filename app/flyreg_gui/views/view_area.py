@@ -35,6 +35,7 @@ from flyreg_gui.views.raw_views import RawViews
 from flyreg_gui.views.surface_view import SurfaceView
 from flyreg_gui.views.trim_views import TrimViews
 from flyreg_gui.views.tunnel_views import TunnelViews
+from flyreg_gui.views.turns import Turns
 from flyreg_gui.views.view_frame import ViewFrame
 
 SEEN_FROM_OUTSIDE = "The moved source over the target, both seen from outside"
@@ -102,8 +103,10 @@ class ViewArea(QWidget):
         self.arrangement.changed.connect(self._show_keys)
         self.arrangement.changed.connect(self.brains_shown)
         session.gesture_changed.connect(self.set_moving)
+        self.turns = Turns(self)
         for frame in self.frames:
             frame.canvas.moving.connect(self.set_moving)
+            frame.canvas.turns = self.turns
 
     def _make_frames(self) -> None:
         titles = (
@@ -275,6 +278,7 @@ class ViewArea(QWidget):
             if results.landmarks is not self._landmarks or self._coloring.colors is not None:
                 self._show_landmarks()
         self.brains_shown.emit()
+        self.turns.go_on()
 
     def _on_raw(self, *_news: object) -> None:
         """Show the brains as they were read, until they are prepared or where they cannot be."""

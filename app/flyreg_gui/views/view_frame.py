@@ -21,6 +21,7 @@ from flyreg_gui.judging import Judged
 from flyreg_gui.theme import Color, Theme, css
 from flyreg_gui.views.canvas import Canvas
 from flyreg_gui.views.color_scale import ColorScale, Scale
+from flyreg_gui.views.graphics import is_put_together_alone
 
 NAMES_WIDTH, NAMES_HEIGHT = 0.4, 0.25
 """Shares of a view that names may cover."""
@@ -169,6 +170,9 @@ class ViewFrame(QFrame):
         layout.addWidget(self.canvas, 1)
         self.title.double_clicked.connect(self.maximise_asked)
         self.canvas.resized.connect(self._place_note)
+        if is_put_together_alone():
+            self.setAttribute(Qt.WidgetAttribute.WA_DontCreateNativeAncestors)
+            self.setAttribute(Qt.WidgetAttribute.WA_NativeWindow)
 
     def show_theme(self, theme: Theme) -> None:
         """Take the colours of a theme; the canvas takes its own."""
