@@ -57,26 +57,27 @@ class Histogram(QWidget):
         if judged is None or theme is None or self._role not in judged.summaries:
             return
         summary = judged.summaries[self._role]
-        painter = QPainter(self)
-        count, tallest = len(summary.shares), max(float(summary.shares.max()), 1e-12)
-        span = judged.high - judged.low or 1.0
-        middles = (summary.edges[:-1] + summary.edges[1:]) / 2
-        colors = judged.color_map((middles - judged.low) / span)
-        outline = [QPoint(0, HEIGHT)]
-        for bar, (share, color) in enumerate(zip(summary.shares, colors, strict=True)):
-            left, right = (round(edge * self.width() / count) for edge in (bar, bar + 1))
-            height = round(float(share) / tallest * HEIGHT)
-            painter.fillRect(left, HEIGHT - height, right - left, height, QColor(*map(int, color)))
-            outline += [QPoint(edge, HEIGHT - height) for edge in (left, right - 1)]
-        painter.setPen(QColor(*theme.faint))
-        painter.drawPolyline(QPolygon(outline))
-        painter.drawLine(0, HEIGHT, self.width(), HEIGHT)
-        painter.setPen(QColor(*theme.text))
-        line = QRect(0, HEIGHT + 2, self.width(), self.fontMetrics().height())
-        unit = judged.quantity.unit
-        painter.drawText(line, Qt.AlignmentFlag.AlignLeft, text_of(summary.low, unit))
-        painter.drawText(line, Qt.AlignmentFlag.AlignRight, text_of(summary.high, unit))
-        painter.end()
+        with QPainter(self) as painter:
+            count, tallest = len(summary.shares), max(float(summary.shares.max()), 1e-12)
+            span = judged.high - judged.low or 1.0
+            middles = (summary.edges[:-1] + summary.edges[1:]) / 2
+            colors = judged.color_map((middles - judged.low) / span)
+            outline = [QPoint(0, HEIGHT)]
+            for bar, (share, color) in enumerate(zip(summary.shares, colors, strict=True)):
+                left, right = (round(edge * self.width() / count) for edge in (bar, bar + 1))
+                height = round(float(share) / tallest * HEIGHT)
+                painter.fillRect(
+                    left, HEIGHT - height, right - left, height, QColor(*map(int, color))
+                )
+                outline += [QPoint(edge, HEIGHT - height) for edge in (left, right - 1)]
+            painter.setPen(QColor(*theme.faint))
+            painter.drawPolyline(QPolygon(outline))
+            painter.drawLine(0, HEIGHT, self.width(), HEIGHT)
+            painter.setPen(QColor(*theme.text))
+            line = QRect(0, HEIGHT + 2, self.width(), self.fontMetrics().height())
+            unit = judged.quantity.unit
+            painter.drawText(line, Qt.AlignmentFlag.AlignLeft, text_of(summary.low, unit))
+            painter.drawText(line, Qt.AlignmentFlag.AlignRight, text_of(summary.high, unit))
 
 
 class JudgePanel(QScrollArea):

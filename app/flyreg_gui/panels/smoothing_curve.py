@@ -117,19 +117,19 @@ class SmoothingCurve(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the curve, a line at lambda, and a dot at another lambda that the curve speaks for."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        theme = current_theme()
-        faint = QColor(*theme.faint)
-        painter.setPen(QPen(faint, 1))
-        floor = self.height() - MARGIN
-        painter.drawLine(QPointF(0, floor), QPointF(self.width(), floor))
-        if self._judgement is None:
-            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, NOT_YET)
-        elif self._kind == "foretold":
-            self._draw_foretold(painter, self._judgement, theme)
-        else:
-            self._draw_bending(painter, self._judgement, theme)
+        with QPainter(self) as painter:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            theme = current_theme()
+            faint = QColor(*theme.faint)
+            painter.setPen(QPen(faint, 1))
+            floor = self.height() - MARGIN
+            painter.drawLine(QPointF(0, floor), QPointF(self.width(), floor))
+            if self._judgement is None:
+                painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, NOT_YET)
+            elif self._kind == "foretold":
+                self._draw_foretold(painter, self._judgement, theme)
+            else:
+                self._draw_bending(painter, self._judgement, theme)
 
     def _draw_foretold(self, painter: QPainter, judgement: Judgement, theme: Theme) -> None:
         curve = judgement.cross_validation

@@ -193,12 +193,11 @@ class LandmarkTableView(QTableView):
         """Draw the table, or what will be in it."""
         super().paintEvent(event)
         if self.model().rowCount() == 0:
-            painter = QPainter(self.viewport())
-            painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
-            room = self.viewport().rect().adjusted(PADDING, PADDING, -PADDING, -PADDING)
-            how = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-            painter.drawText(room, how, EMPTY)
-            painter.end()
+            with QPainter(self.viewport()) as painter:
+                painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
+                room = self.viewport().rect().adjusted(PADDING, PADDING, -PADDING, -PADDING)
+                how = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+                painter.drawText(room, how, EMPTY)
 
     def _show_column(self, column: Column, on: bool) -> None:
         self.setColumnHidden(column, not on)

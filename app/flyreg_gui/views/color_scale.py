@@ -123,23 +123,22 @@ class ColorScale(QWidget):
         judged, theme = self.judged, self._theme
         if judged is None or theme is None:
             return
-        painter = QPainter(self)
-        ground = QColor(*theme.background)
-        ground.setAlpha(225)
-        painter.setPen(QColor(*theme.faint))
-        painter.setBrush(ground)
-        painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
-        painter.setPen(QColor(*theme.text))
-        line, inner = self.fontMetrics().height(), self.width() - 2 * PADDING
-        high = self._title_height(inner)
-        painter.drawText(QRect(PADDING, PADDING, inner, high), TITLE_FLAGS, self._title)
-        bar = QRect(PADDING, PADDING + high + 2, inner, BAR_HEIGHT)
-        painter.drawImage(bar, bar_image(judged))
-        below = QRect(PADDING, bar.bottom() + 3, inner, line)
-        sides = (*SIDES[: len(self.texts) - 1], SIDES[-1])
-        for text, side in zip(self.texts, sides, strict=True):
-            painter.drawText(below, side, text)
-        painter.end()
+        with QPainter(self) as painter:
+            ground = QColor(*theme.background)
+            ground.setAlpha(225)
+            painter.setPen(QColor(*theme.faint))
+            painter.setBrush(ground)
+            painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
+            painter.setPen(QColor(*theme.text))
+            line, inner = self.fontMetrics().height(), self.width() - 2 * PADDING
+            high = self._title_height(inner)
+            painter.drawText(QRect(PADDING, PADDING, inner, high), TITLE_FLAGS, self._title)
+            bar = QRect(PADDING, PADDING + high + 2, inner, BAR_HEIGHT)
+            painter.drawImage(bar, bar_image(judged))
+            below = QRect(PADDING, bar.bottom() + 3, inner, line)
+            sides = (*SIDES[: len(self.texts) - 1], SIDES[-1])
+            for text, side in zip(self.texts, sides, strict=True):
+                painter.drawText(below, side, text)
 
 
 def bar_image(judged: Scale, width: int = 256) -> QImage:

@@ -81,17 +81,16 @@ class CursorMark(QWidget):
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw the ring, first its dark rim."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setOpacity(self._opacity)
-        painter.translate(MIDDLE, MIDDLE)
-        for color, width in ((RIM, 4.0), (COLOR, 1.8)):
-            painter.setPen(QPen(QColor(*color), width))
-            painter.drawEllipse(QPointF(0, 0), RADIUS, RADIUS)
-            for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)):
-                start, end = QPointF(x, y) * RADIUS, QPointF(x, y) * ARM
-                painter.drawLine(start, end)
-        painter.end()
+        with QPainter(self) as painter:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.setOpacity(self._opacity)
+            painter.translate(MIDDLE, MIDDLE)
+            for color, width in ((RIM, 4.0), (COLOR, 1.8)):
+                painter.setPen(QPen(QColor(*color), width))
+                painter.drawEllipse(QPointF(0, 0), RADIUS, RADIUS)
+                for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)):
+                    start, end = QPointF(x, y) * RADIUS, QPointF(x, y) * ARM
+                    painter.drawLine(start, end)
 
 
 class Cursor(QObject):
