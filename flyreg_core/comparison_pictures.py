@@ -17,6 +17,7 @@ ACROSS = 4
 """Pictures beside each other on the sheet."""
 LABEL_PLACE, LABEL_SIZE, LABEL_COLOR = (12, 8), 22, (40, 40, 40)
 NAME_OF_TARGET = "target"
+PICTURE_TITLES = {**TITLES, NAME_OF_TARGET: "Target"}
 
 
 def draw_methods(comparison: Comparison) -> dict[str, Picture]:
@@ -42,5 +43,5 @@ def on_one_sheet(pictures: Mapping[str, Picture]) -> Picture:
         left, top = number % ACROSS * SIZE[0], number // ACROSS * SIZE[1]
         sheet.paste(Image.fromarray(on_background(picture)), (left, top))
         place = (left + LABEL_PLACE[0], top + LABEL_PLACE[1])
-        pen.text(place, TITLES.get(name, name), fill=LABEL_COLOR, font_size=LABEL_SIZE)
+        pen.text(place, PICTURE_TITLES[name], fill=LABEL_COLOR, font_size=LABEL_SIZE)
     return np.asarray(sheet)

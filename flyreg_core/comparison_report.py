@@ -13,8 +13,8 @@ import numpy as np
 
 from flyreg_core.apart import Limits
 from flyreg_core.brain_files import write_mesh
-from flyreg_core.comparison import CANCELLED, TITLES, Comparison, Row
-from flyreg_core.comparison_pictures import SIZE, draw_methods, on_one_sheet
+from flyreg_core.comparison import CANCELLED, Comparison, Row
+from flyreg_core.comparison_pictures import PICTURE_TITLES, SIZE, draw_methods, on_one_sheet
 from flyreg_core.facts import Facts
 from flyreg_core.files import make_folder, write_atomically
 from flyreg_core.picture import Picture, png_bytes, webp_bytes
@@ -179,7 +179,7 @@ def _as_page(facts: Facts, pictures: Mapping[str, Picture]) -> str:
     """Return a comparison as a page that needs no other file."""
     read = json.loads(json.dumps(facts))
     files = {name: webp_bytes(picture) for name, picture in pictures.items()}
-    more = {"titles": TITLES, "pictures": files, "size": SIZE}
+    more = {"titles": PICTURE_TITLES, "pictures": files, "size": SIZE}
     return fill_page(
         TEMPLATE, read, remarks=remarks_on(read)[1:], has_errors=_has_errors(read), **more
     )

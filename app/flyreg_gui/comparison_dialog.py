@@ -22,8 +22,8 @@ from PySide6.QtWidgets import (
 )
 
 from flyreg_core.apart import Limits
-from flyreg_core.comparison import CANCELLED, TITLES, Row
-from flyreg_core.comparison_pictures import SIZE
+from flyreg_core.comparison import CANCELLED, Row
+from flyreg_core.comparison_pictures import PICTURE_TITLES, SIZE
 from flyreg_core.comparison_report import row_report
 from flyreg_core.picture import Picture
 from flyreg_core.project import Project
@@ -200,7 +200,7 @@ class ComparisonDialog(WorkingDialog):
         self._end()
         self.answer = found
         for name, picture in found.pictures.items():
-            self.pictures.addItem(QListWidgetItem(_icon(picture), TITLES.get(name, name)))
+            self.pictures.addItem(QListWidgetItem(_icon(picture), PICTURE_TITLES[name]))
         self.pictures.show()
         outside = found.comparison.points_outside
         left_out = f"; {outside} points are too far from the main brain and left out"
