@@ -23,7 +23,7 @@ from flyreg_core.cross_validation import (
 from flyreg_core.errors import LandmarkError
 from flyreg_core.landmarks import HALVES, HalfName
 from flyreg_core.lift import Locators, Registration, WarpedHalf, lift_places
-from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid
+from flyreg_core.locate import TriangleGrid, find_triangles, strip_grid
 from flyreg_core.mesh import Floats
 from flyreg_core.thin_plate_spline import ThinPlateSpline, fit_thin_plate_spline
 from flyreg_core.trade_off import TradeOff, find_trade_off, weighted_squares
@@ -114,6 +114,6 @@ def _misses(
     """
     own, other, surface = source.halves[half], target.halves[half], source.dissection.surface
     carried = lift_places(half, source, strip_grid(own.flat), back(other.plane), surface.vertices)
-    face, barycentric = find_triangles(grid, once_around(warped.flat.uv), warped.face)
+    face, barycentric = find_triangles(grid, warped.flat.uv, warped.face)
     points = np.einsum("ij,ijk->ik", barycentric, carried[other.faces[face]])
     return np.asarray(np.linalg.norm(points - surface.vertices[own.vertex_of], axis=1))

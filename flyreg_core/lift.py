@@ -119,13 +119,12 @@ def build_locators(target: FlatBrain) -> Locators:
     caps = find_caps(target.dissection, target.curves, target.added)
     grids = [cap_grid(cap, lay_cap_flat(cap, rim_circle(cap.side, target.curves))) for cap in caps]
     points = target.dissection.surface.vertices
-    corners = [points[cap.vertex_of[cap.faces]] for cap in caps]
     halves = both_halves(lambda half, _: strip_grid(target.halves[half].flat))
     return Locators(
         halves,
         {half: _corners_on_surface(target.halves[half], points) for half in HALVES},
         (grids[0], grids[1]),
-        (corners[0], corners[1]),
+        (_corners_on_surface(caps[0], points), _corners_on_surface(caps[1], points)),
     )
 
 
@@ -216,9 +215,9 @@ def lift_places(
     return lift(uv, other, grid, surface)
 
 
-def _corners_on_surface(half: FlatHalf, points: Floats) -> Floats:
-    """Return (m, 3, 3) where the corners of a half's faces lie among the surface's points."""
-    return points[half.vertex_of[half.faces]]
+def _corners_on_surface(piece: FlatHalf | Cap, points: Floats) -> Floats:
+    """Return (m, 3, 3) where the corners of the faces of a half or a cap lie, of the surface's points."""
+    return points[piece.vertex_of[piece.faces]]
 
 
 def _lift_into(

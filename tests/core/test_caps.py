@@ -28,12 +28,12 @@ def caps_of(brain):
     return dict(zip(SIDES, find_caps(brain.flat.dissection, brain.flat.curves), strict=True))
 
 
-def carried(source, target, side, mapped):
+def carried(source, target, side, mapped, near=None):
     """The source's cap carried to the target's: where its vertices go, and how it lies flat."""
     cap, other = caps_of(source)[side], caps_of(target)[side]
     grid = cap_grid(other, lay_cap_flat(other, rim_circle(side, target.flat.curves)))
     corners = target.surface.vertices[other.vertex_of[other.faces]]
-    return cap, *carry_cap(cap, mapped, target.flat.curves, grid, corners)
+    return cap, *carry_cap(cap, mapped, target.flat.curves, grid, corners, near)
 
 
 def random_shares(brain, seed):
@@ -115,6 +115,20 @@ def test_a_cap_is_carried_without_a_fold_however_its_rim_goes(demo_source, demo_
     cap, _, on_target = carried(demo_source, demo_target, side, random_shares(demo_source, seed))
     assert (orientations(on_target.flat[cap.faces]) == 1).all()
     assert on_target.flipped == 0
+
+
+@pytest.mark.parametrize("side", SIDES)
+@given(seed=SEEDS)
+@settings(max_examples=5)
+def test_a_cap_goes_where_it_would_wherever_its_vertices_are_looked_for_first(
+    demo_source, demo_target, side, seed
+):
+    mapped = random_shares(demo_source, seed)
+    cap, points, _ = carried(demo_source, demo_target, side, mapped)
+    n_faces = len(caps_of(demo_target)[side].faces)
+    near = np.random.default_rng(seed).integers(n_faces, size=len(cap.vertex_of))
+    _, again, _ = carried(demo_source, demo_target, side, mapped, near)
+    assert np.abs(again - points).max() < 1e-6 * demo_target.surface.diagonal
 
 
 @pytest.mark.parametrize("side", SIDES)
