@@ -120,7 +120,12 @@ def _add_register(commands: Commands, run: Mapping[str, Run]) -> None:
         help="what tells which places belong together (default shape; the paper: nearest)",
     )
     command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
-    command.add_argument("--vertices", type=int, metavar="N", help="simplify both to N vertices")
+    command.add_argument(
+        "--vertices",
+        type=int,
+        metavar="N",
+        help="of both brains: simplify to N, or add vertices up to N where the other brain asks for them",
+    )
     command.add_argument("--smoothing-passes", type=int, metavar="N", help="default 500")
     command.add_argument(
         "--flattening-passes", type=int, metavar="N", help="average N times instead of solving"
@@ -200,7 +205,12 @@ def _add_compare(commands: Commands, run: Mapping[str, Run]) -> None:
         "--memory-limit", type=float, default=3000.0, metavar="MB", help="likewise, default 3000"
     )
     command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
-    command.add_argument("--vertices", type=int, metavar="N", help="simplify both to N vertices")
+    command.add_argument(
+        "--vertices",
+        type=int,
+        metavar="N",
+        help="of both brains: simplify to N, or add vertices up to N where the other brain asks for them",
+    )
     add_brain_options(command, "source")
     add_brain_options(command, "target")
 

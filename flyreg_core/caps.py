@@ -17,6 +17,7 @@ from flyreg_core.landmarks import CurveName
 from flyreg_core.locate import TriangleGrid, build_grid, find_triangles
 from flyreg_core.mesh import Floats, Integers
 from flyreg_core.orientation import orientations
+from flyreg_core.refine import AddedVertices
 from flyreg_core.topology import compacted, unique_edges
 
 ACROSS = 1e-3
@@ -55,15 +56,15 @@ class CarriedCap:
 
 
 def find_caps(
-    dissection: Dissection, curves: Mapping[CurveKey, Curve], added: Integers | None = None
+    dissection: Dissection, curves: Mapping[CurveKey, Curve], added: AddedVertices | None = None
 ) -> tuple[Cap, Cap]:
     """Return the right and the left cap.
 
     Parameters
     ----------
-    added : (k, 2) int, optional
-        The edges that the last vertices of the surface divide. They leave the rest where it lies
-        flat, and lie in the middle of their edges, but for a thousandth.
+    added : AddedVertices, optional
+        They leave the rest where it lies flat, and lie there on their edges, as far along as on the
+        surface, but for a thousandth.
     """
     caps = []
     for side in ("right", "left"):
@@ -78,19 +79,15 @@ def find_caps(
     return caps[0], caps[1]
 
 
-def _weights(edges: Integers, n_vertices: int, added: Integers) -> Floats:
-    """Return (e,) how strong the springs along edges are if those of whole edges are 1.
-
-    The parts of an edge are twice as strong as it was, as springs are.
-    """
+def _weights(edges: Integers, n_vertices: int, added: AddedVertices) -> Floats:
+    """Return (e,) how strong the springs along edges are if those of whole edges are 1."""
     weights = np.ones(len(edges))
     low, high = edges.T.copy()
     first = n_vertices - len(added)
     while len(new := np.flatnonzero(high >= first)):
-        ends = added[high[new] - first]
-        is_part = (ends == low[new, np.newaxis]).any(axis=1)
-        weights[new] *= np.where(is_part, 2.0, ACROSS)
-        low[new], high[new] = ends.T
+        number = high[new] - first
+        weights[new] *= added.stiffening(number, low[new], ACROSS)
+        low[new], high[new] = added.ends[number].T
     return weights
 
 

@@ -26,6 +26,7 @@ from flyreg_core.landmarks import (
 )
 from flyreg_core.mesh import Floats, Integers
 from flyreg_core.rectangle import perimeter_share, to_plane, u_of_perimeter, wrapped
+from flyreg_core.refine import AddedVertices, no_vertices
 from flyreg_core.surface_places import find_places
 
 LENGTH_SHARE = 0.1
@@ -40,8 +41,7 @@ class FlatBrain:
     frame: BrainFrame
     curves: Mapping[CurveKey, Curve]
     halves: Mapping[HalfName, FlatHalf]
-    added: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
-    """(k, 2) the edges that the last k vertices of the surface divide, each whole till then."""
+    added: AddedVertices = field(default_factory=no_vertices)
 
     @cached_property
     def normals(self) -> Floats:

@@ -257,7 +257,7 @@ def _divide(
         refinement = split_along_zero(faces, fields[:, column])
         is_cap = ~refinement.sides(fields[:, column])
         cap = np.where(is_cap, number, cap[refinement.parent])
-        first, second = refinement.ends.T
+        first, second = refinement.added.ends.T
         outside = np.where(fields[first, column] >= 0, first, second)
         is_anterior = fields[outside, 5] < 0
         fields, faces = refinement.carry(fields), refinement.faces

@@ -16,7 +16,7 @@ from flyreg_core.landmarks import HALVES
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import face_orientations
 from flyreg_core.rectangle import perimeter_share
-from flyreg_core.refine import Refinement, side_keys, split_edges
+from flyreg_core.refine import AddedVertices, Refinement, side_keys, split_edges
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,14 +27,16 @@ class Divided:
     is_divided: Booleans  # (k,); not those where rounding would turn parts of flat faces over
 
 
-def divide(brain: FlatBrain, edges: Integers) -> Divided:
-    """Return a flat brain with some edges of its halves and curves divided in the middle.
+def divide(brain: FlatBrain, edges: Integers, share: Floats) -> Divided:
+    """Return a flat brain with some edges of its halves, caps and curves divided.
 
     Parameters
     ----------
     edges : (k, 2) int
         Edges of the surface, lower vertex first, in order, no two alike; no face may have all three
         sides among them.
+    share : (k,) float
+        How far along each edge, from its lower vertex.
 
     Notes
     -----
@@ -46,7 +48,7 @@ def divide(brain: FlatBrain, edges: Integers) -> Divided:
     faces, n = old.surface.faces, len(old.surface.vertices)
     is_divided = np.ones(len(edges), dtype=bool)
     while True:
-        refinement = split_edges(faces, edges[is_divided])
+        refinement = split_edges(faces, edges[is_divided], share[is_divided])
         piece = old.piece_of_face[refinement.parent]
         divided = {half: _divided_half(brain.halves[half], old, refinement) for half in HALVES}
         turned = np.concatenate([parents for _, parents in divided.values()])
@@ -57,7 +59,7 @@ def divide(brain: FlatBrain, edges: Integers) -> Divided:
     dissection = replace(old, surface=surface, piece_of_face=piece)
     curves = {key: _divided_curve(curve, refinement, n) for key, curve in brain.curves.items()}
     halves = {half: _with_boundary(own, curves) for half, (own, _) in divided.items()}
-    added = np.concatenate([brain.added, refinement.ends])
+    added = brain.added.joined(refinement.added)
     return Divided(FlatBrain(dissection, brain.frame, curves, halves, added), is_divided)
 
 
@@ -86,8 +88,11 @@ def _divided_half(
     shifts = half.flat.corner_shifts[own_parent]
     shifts[new] = np.rint(corners[..., 0] - uv[own_faces[new], 0])
     flat = FlatMesh(uv, own_faces, shifts)
-    new_ends = refinement.ends[vertex_of[len(half.vertex_of) :] - n]
-    springs = _divided_springs(half.springs, flat, new, _own_numbers(vertex_of, new_ends))
+    on_edge = vertex_of[len(half.vertex_of) :] - n
+    own_added = AddedVertices(
+        _own_numbers(vertex_of, refinement.added.ends[on_edge]), refinement.added.share[on_edge]
+    )
+    springs = _divided_springs(half.springs, flat, new, own_added)
     turned = parent[new[face_orientations(flat, new) <= 0]]
     return replace(half, vertex_of=vertex_of, flat=flat, springs=springs), turned
 
@@ -106,29 +111,26 @@ def _corners(
 
     `parents` and `places` are the corners of the (m,) parents and where they lie.
     """
-    is_old = faces < n_old
-    ends = np.stack([faces, faces], axis=-1)
-    ends[~is_old] = refinement.ends[faces[~is_old] - n_old]
+    is_new = faces >= n_old
+    on_edge = faces[is_new] - n_old
+    ends, share = np.stack([faces, faces], axis=-1), np.zeros(faces.shape)
+    ends[is_new], share[is_new] = refinement.added.ends[on_edge], refinement.added.share[on_edge]
     corner = (ends[..., np.newaxis] == parents[:, np.newaxis, np.newaxis]).argmax(axis=-1)
-    rows = np.arange(len(faces))[:, np.newaxis, np.newaxis]
-    return np.asarray(places[rows, corner].mean(axis=2))
+    first, second = places[np.arange(len(faces))[:, np.newaxis], corner.transpose(2, 0, 1)]
+    # so that what lies between two places on a straight side lies there too, to the last bit
+    return np.asarray(first + share[..., np.newaxis] * (second - first))
 
 
 def _divided_springs(
-    springs: Springs, flat: FlatMesh, new_faces: Integers, new_ends: Integers
+    springs: Springs, flat: FlatMesh, new_faces: Integers, added: AddedVertices
 ) -> Springs:
-    """Return springs along the edges of a divided half.
+    """Return springs along the edges of a half that vertices were added to.
 
-    Whole edges keep theirs; the parts of an edge are twice as strong as it was, as springs are;
-    edges across faces are as strong as an edge that was divided there.
-
-    Parameters
-    ----------
-    new_ends : (k, 2) int
-        The edges that the last k vertices divide.
+    Whole edges keep theirs; the parts of an edge are the stronger the shorter they are; edges across
+    faces are as strong as an edge that was divided there.
     """
     n = len(flat.uv)
-    n_old = n - len(new_ends)
+    n_old = n - len(added)
     keys, first = np.unique(side_keys(flat.faces[new_faces], n), return_index=True)
     is_new = keys % n >= n_old
     low, high = np.divmod(keys[is_new], n)
@@ -138,9 +140,9 @@ def _divided_springs(
     jumps = shifts[rows, following] - shifts[rows, side]
     jumps = np.where(flat.faces[new_faces[face], side] == low, jumps, -jumps)
     known = springs.edges @ [n, 1]
-    divided = np.searchsorted(known, new_ends @ [n, 1])
-    is_part = (new_ends[high - n_old] == low[:, np.newaxis]).any(axis=1)
-    weights = springs.weights[divided[high - n_old]] * np.where(is_part, 2.0, 1.0)
+    divided = np.searchsorted(known, added.ends @ [n, 1])
+    number = high - n_old
+    weights = springs.weights[divided[number]] * added.stiffening(number, low, 1.0)
     all_keys = np.concatenate([np.delete(known, divided), keys[is_new]])
     order = np.argsort(all_keys, kind="stable")
     return Springs(
@@ -151,16 +153,22 @@ def _divided_springs(
 
 
 def _divided_curve(curve: Curve, refinement: Refinement, n_old: int) -> Curve:
-    """Return a curve with the new vertices on it; their shares are the means of their neighbours'."""
-    sides = np.sort(np.stack([curve.vertices[:-1], curve.vertices[1:]], axis=1), axis=1)
-    keys, known = sides @ [n_old, 1], refinement.ends @ [n_old, 1]
+    """Return a curve with the new vertices on it, as far along as on the edges they divide."""
+    sides = np.stack([curve.vertices[:-1], curve.vertices[1:]], axis=1)
+    added = refinement.added
+    keys, known = np.sort(sides, axis=1) @ [n_old, 1], added.ends @ [n_old, 1]
     place = np.minimum(np.searchsorted(known, keys), max(len(known) - 1, 0))
     at = np.flatnonzero(known[place] == keys) if len(known) else place[:0]
-    return Curve(
-        np.insert(curve.vertices, at + 1, n_old + place[at]),
-        np.insert(curve.share, at + 1, (curve.share[at] + curve.share[at + 1]) / 2),
-        np.insert(curve.points, at + 1, (curve.points[at] + curve.points[at + 1]) / 2, axis=0),
-    )
+    number = place[at]
+    share = np.where(sides[at, 0] < sides[at, 1], added.share[number], 1 - added.share[number])
+
+    def between(values: Floats) -> Floats:
+        step = values[at + 1] - values[at]
+        new = values[at] + share.reshape(-1, *[1] * (values.ndim - 1)) * step
+        return np.insert(values, at + 1, new, axis=0)
+
+    vertices = np.insert(curve.vertices, at + 1, n_old + number)
+    return Curve(vertices, between(curve.share), between(curve.points))
 
 
 def _with_boundary(half: FlatHalf, curves: Mapping[CurveKey, Curve]) -> FlatHalf:

@@ -2,7 +2,8 @@
 
 A face of the source spans in one plane what may be a furrow of the target: its corners come to lie
 on the target, its middle does not. Dividing it changes neither the source's surface nor how its
-halves lie flat, and lets the new vertices follow the target too.
+halves lie flat, and lets the new vertices follow the target too. An edge is divided where it leaves
+the target most, which is where it crosses a ridge or the bottom of a furrow.
 """
 
 from __future__ import annotations
@@ -14,47 +15,55 @@ from functools import reduce
 import numpy as np
 
 from flyreg_core.caps import Cap, cap_grid, find_caps, lay_cap_flat, rim_circle, rim_places
+from flyreg_core.chordal_deviation import Ground, chordal_deviations
 from flyreg_core.correspondence import FlatBrain
 from flyreg_core.cut import PIECES
 from flyreg_core.divide import divide
 from flyreg_core.flatten import Springs
 from flyreg_core.landmarks import HALVES
-from flyreg_core.locate import TriangleGrid, find_triangles, once_around, strip_grid
+from flyreg_core.locate import strip_grid
 from flyreg_core.mesh import Booleans, Floats, Integers
 from flyreg_core.progress import Report
 from flyreg_core.refine import side_keys
 
-TOLERANCE = 1e-4
-"""An edge may leave the other surface by this share of its diagonal before it is divided."""
+TOLERANCE, FINEST = 1e-4, 1e-6
+"""An edge may leave the other surface by this share of its diagonal before it is divided; and where
+the user says how many vertices there shall be."""
 MOST_GROWTH = 0.5
-"""So many vertices are added at most, as a share of those there are: the worst edges first."""
-ROUNDS = 5
-ALONG = 0.3
-"""What the middle of an edge is off along the other surface counts so much, against 1 across it."""
+"""Else so many vertices are added at most, as a share of those of the more detailed brain."""
+ROUNDS = 8
 
 
-def match_detail(brain: FlatBrain, other: FlatBrain, report: Report) -> FlatBrain:
+def match_detail(
+    brain: FlatBrain, other: FlatBrain, report: Report, vertices: int | None = None
+) -> FlatBrain:
     """Return a flat brain with edges divided where they leave the other brain's surface.
 
     Both brains lie flat on the same strips, so that the same anatomy is in one place. A brain that
     nowhere leaves the other one is returned as it is.
 
+    Parameters
+    ----------
+    vertices : int, optional
+        How many the brain has afterwards, at most. Without, edges are divided that leave the
+        surface by more than `TOLERANCE`, until there are `MOST_GROWTH` more.
+
     Notes
     -----
-    The middle of an edge, of a curve or a trim cap too, is lifted to the other surface, and so are
-    its ends: their chord is what the registered surface has there. What an edge costs is how far
-    its middle lies off the chord, mainly across the surface, times the chord's length. Each round
-    divides the edges that cost most, and looks at those that are new.
+    The ends of an edge, of a curve or a trim cap too, are lifted to the other surface: their chord
+    is what the registered surface has there. What an edge costs is the area between that chord and
+    the surface below the edge. Each round divides the edges that cost most, each where it is
+    farthest off, and looks at those that are new.
     """
     grounds = {piece: _ground(other, piece) for piece in PIECES}
-    limit = TOLERANCE * other.dissection.surface.diagonal
-    n_before = len(brain.dissection.surface.vertices)
-    most = int((1 + MOST_GROWTH) * n_before)
+    n_before, n_other = (len(each.dissection.surface.vertices) for each in (brain, other))
+    most = n_before + int(MOST_GROWTH * max(n_before, n_other)) if vertices is None else vertices
+    limit = (FINEST if vertices else TOLERANCE) * other.dissection.surface.diagonal
     on_caps = _places_on_caps(brain, other)
     lifted = np.zeros((n_before, 3))
     sheets = _sheets(brain, on_caps)
     for sheet in sheets:
-        lifted[sheet.vertex_of] = grounds[sheet.piece].lift(sheet.places)[0]
+        lifted[sheet.vertex_of] = grounds[sheet.piece].lift(sheet.places)
     edges = _far_edges(0, sheets, grounds, lifted, limit)
     for number in range(ROUNDS):
         report(number / ROUNDS, "matching detail")
@@ -64,34 +73,20 @@ def match_detail(brain: FlatBrain, other: FlatBrain, report: Report) -> FlatBrai
         if not len(chosen):
             break
         chosen = chosen[np.argsort(edges.ends[chosen] @ [n, 1])]
-        divided = divide(brain, edges.ends[chosen])
+        divided = divide(brain, edges.ends[chosen], edges.share[chosen])
         brain = divided.brain
         done = chosen[divided.is_divided]
-        lifted = np.concatenate([lifted, edges.middles[done]])
-        ends = edges.ends[done]
-        on_caps = np.concatenate([on_caps, (on_caps[ends[:, 0]] + on_caps[ends[:, 1]]) / 2])
+        first, second = on_caps[edges.ends[done].T]
+        lifted = np.concatenate([lifted, edges.points[done]])
+        on_caps = np.concatenate(
+            [on_caps, first + edges.share[done, np.newaxis] * (second - first)]
+        )
         new = _far_edges(n, _sheets(brain, on_caps), grounds, lifted, limit)
         edges = edges.without(chosen).joined(new)
     return brain
 
 
-@dataclass(frozen=True, eq=False)
-class _Ground:
-    """A piece of the other brain: what lifts flat places to its surface."""
-
-    grid: TriangleGrid
-    is_strip: bool
-    corners: Floats  # (m, 3, 3), of its faces, micrometres
-    normals: Floats  # (m, 3), unit
-
-    def lift(self, places: Floats) -> tuple[Floats, Integers]:
-        """Return the (k, 3) points at (k, 2) flat places, and the faces there."""
-        places = once_around(places) if self.is_strip else places
-        face, barycentric = find_triangles(self.grid, places)
-        return np.einsum("ij,ijk->ik", barycentric, self.corners[face]), face
-
-
-def _ground(brain: FlatBrain, piece: str) -> _Ground:
+def _ground(brain: FlatBrain, piece: str) -> Ground:
     surface = brain.dissection.surface
     half = next((brain.halves[half] for half in HALVES if half == piece), None)
     if half is not None:
@@ -102,7 +97,7 @@ def _ground(brain: FlatBrain, piece: str) -> _Ground:
     normals = surface.face_normals[brain.dissection.piece_of_face == PIECES.index(piece)]
     size = np.maximum(_lengths(normals), np.finfo(float).tiny)[:, np.newaxis]
     corners = surface.vertices[brain.dissection.faces_of(piece)]
-    return _Ground(grid, half is not None, corners, normals / size)
+    return Ground(grid, half is not None, corners, normals / size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,8 +140,9 @@ class _Edges:
     """Edges, each once, that do not fit the other surface."""
 
     ends: Integers  # (e, 2), lower vertex first
-    middles: Floats  # (e, 3), where their middles come to lie on the other surface
-    cost: Floats  # (e,), how far that is off the chord of their ends, times its length
+    cost: Floats  # (e,), square micrometres
+    share: Floats  # (e,), how far along they are farthest off
+    points: Floats  # (e, 3), of the other surface there
 
     def worst(self, most: int) -> Integers:
         """Return the numbers of up to so many edges that cost most, by falling cost."""
@@ -156,21 +152,22 @@ class _Edges:
         """Return all edges but some."""
         kept = np.ones(len(self.ends), dtype=bool)
         kept[chosen] = False
-        return _Edges(self.ends[kept], self.middles[kept], self.cost[kept])
+        return _Edges(self.ends[kept], self.cost[kept], self.share[kept], self.points[kept])
 
     def joined(self, others: _Edges) -> _Edges:
         """Return these edges and others."""
         return _Edges(
             np.concatenate([self.ends, others.ends]),
-            np.concatenate([self.middles, others.middles]),
             np.concatenate([self.cost, others.cost]),
+            np.concatenate([self.share, others.share]),
+            np.concatenate([self.points, others.points]),
         )
 
 
 def _far_edges(
     first_new: int,
     sheets: list[_Sheet],
-    grounds: Mapping[str, _Ground],
+    grounds: Mapping[str, Ground],
     lifted: Floats,
     limit: float,
 ) -> _Edges:
@@ -191,18 +188,12 @@ def _far_edges(
         is_seen = (sheet_of[ends[:, 0]] & sheet_of[ends[:, 1]]) > 0
         sheet_of[sheet.vertex_of] |= 1 << number
         new, ends = new[~is_seen], ends[~is_seen]
-        first, second = edges[new].T
-        middles = (sheet.places[first] + sheet.places[second]) / 2
-        middles[:, 0] += sheet.springs.jumps[new] / 2
-        points, face = grounds[sheet.piece].lift(middles)
-        start, end = lifted[ends[:, 0]], lifted[ends[:, 1]]
-        off = points - (start + end) / 2
-        across = np.abs(np.einsum("ij,ij->i", off, grounds[sheet.piece].normals[face]))
-        along = np.sqrt(np.maximum(np.einsum("ij,ij->i", off, off) - across**2, 0.0))
-        away = across + ALONG * along
-        far = np.flatnonzero(away > limit)
-        cost = (away * _lengths(end - start))[far]
-        found.append(_Edges(ends[far], points[far], cost))
+        first, second = sheet.places[edges[new].T]
+        steps = second - first
+        steps[:, 0] += sheet.springs.jumps[new]
+        off = chordal_deviations(grounds[sheet.piece], first, steps, lifted[ends])
+        far = np.flatnonzero(off.most > limit)
+        found.append(_Edges(ends[far], off.area[far], off.share[far], off.points[far]))
     return reduce(_Edges.joined, found)
 
 

@@ -285,10 +285,8 @@ def _match_detail(
 
 
 def _matched_in_detail(brain: PreparedBrain, other: FlatBrain, report: Report) -> PreparedBrain:
-    """Return a brain with faces divided, unless the user has said how many vertices it has."""
-    if brain.brain.simplify.vertices is not None:
-        return brain
-    flat = match_detail(brain.flat, other, report)
+    """Return a brain with faces divided, until it has as many vertices as the user has said."""
+    flat = match_detail(brain.flat, other, report, brain.brain.simplify.vertices)
     if flat is brain.flat:
         return brain
     return replace(brain, flat=flat, caps=find_caps(flat.dissection, flat.curves, flat.added))

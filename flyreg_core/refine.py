@@ -14,13 +14,50 @@ CLOSEST_TO_END = 0.05
 
 
 @dataclass(frozen=True, eq=False)
+class AddedVertices:
+    """The last vertices of a mesh, each on an edge between others before it, whole till then."""
+
+    ends: Integers  # (k, 2), the edge, lower vertex first
+    share: Floats  # (k,), how far along it
+
+    def __len__(self) -> int:
+        return len(self.share)
+
+    def joined(self, others: AddedVertices) -> AddedVertices:
+        """Return these, and after them others."""
+        return AddedVertices(
+            np.concatenate([self.ends, others.ends]), np.concatenate([self.share, others.share])
+        )
+
+    def stiffening(self, number: Integers, neighbours: Integers, across: float) -> Floats:
+        """Return how many times as strong springs from added vertices are as those they divide.
+
+        As springs are, the parts of an edge are the stronger the shorter they are.
+
+        Parameters
+        ----------
+        number, neighbours : (n,) int
+            Which added vertex each spring starts from, and the vertex where it ends.
+        across : float
+            What is returned for springs that are no part of the edge.
+        """
+        ends, share = self.ends[number], self.share[number]
+        rest = np.where(ends[:, 1] == neighbours, 1 / (1 - share), across)
+        return np.asarray(np.where(ends[:, 0] == neighbours, 1 / share, rest))
+
+
+def no_vertices() -> AddedVertices:
+    """Return none."""
+    return AddedVertices(np.zeros((0, 2), dtype=np.int64), np.zeros(0))
+
+
+@dataclass(frozen=True, eq=False)
 class Refinement:
     """A refined mesh: old vertices first, then one new vertex on each split edge."""
 
     faces: Integers  # (m', 3)
     parent: Integers  # (m',), the old face each new face is part of
-    ends: Integers  # (k, 2), the old edge each new vertex lies on
-    share: Floats  # (k,), how far along that edge
+    added: AddedVertices
 
     def sides(self, values: Floats) -> Booleans:
         """Return for each face whether the old vertices it has are positive (0 counts so)."""
@@ -30,8 +67,9 @@ class Refinement:
 
     def carry(self, values: Floats) -> Floats:
         """Return values given at the old vertices at all vertices, linear along edges."""
-        share = self.share.reshape(-1, *[1] * (values.ndim - 1))
-        new = (1 - share) * values[self.ends[:, 0]] + share * values[self.ends[:, 1]]
+        share = self.added.share.reshape(-1, *[1] * (values.ndim - 1))
+        first, second = (values[ends] for ends in self.added.ends.T)
+        new = (1 - share) * first + share * second
         return np.concatenate([values, new])
 
 
@@ -50,15 +88,17 @@ def split_along_zero(faces: Integers, values: Floats) -> Refinement:
     return _split(faces, split, np.clip(share, CLOSEST_TO_END, 1 - CLOSEST_TO_END))
 
 
-def split_edges(faces: Integers, edges: Integers) -> Refinement:
-    """Split the given edges in the middle; no face may have all three sides among them.
+def split_edges(faces: Integers, edges: Integers, share: Floats | float = 0.5) -> Refinement:
+    """Split the given edges, in the middle if not said otherwise.
 
     Parameters
     ----------
     edges : (k, 2) int
-        Edges of the mesh, lower vertex first.
+        Edges of the mesh, lower vertex first; no face may have all three sides among them.
+    share : (k,) float, or one for all
+        How far along each edge.
     """
-    return _split(faces, edges, np.full(len(edges), 0.5))
+    return _split(faces, edges, np.broadcast_to(share, len(edges)))
 
 
 def _split(faces: Integers, edges: Integers, share: Floats) -> Refinement:
@@ -83,7 +123,7 @@ def _split(faces: Integers, edges: Integers, share: Floats) -> Refinement:
         for part in divide(faces[near[chosen]], new_vertex[chosen]):
             pieces.append(part)
             parents.append(near[chosen])
-    return Refinement(np.concatenate(pieces), np.concatenate(parents), edges, share)
+    return Refinement(np.concatenate(pieces), np.concatenate(parents), AddedVertices(edges, share))
 
 
 def _with_an_edge_among(faces: Integers, edges: Integers) -> Integers:

@@ -21,7 +21,11 @@ TRIALS = 12
 
 @dataclass(frozen=True)
 class SimplifyParameters:
-    """How many vertices to keep; None keeps all."""
+    """How many vertices a brain shall have.
+
+    None keeps all, and adds some where another brain is more detailed (`match_detail`). A number is
+    kept to: vertices are left out, or added where another brain asks for them.
+    """
 
     vertices: int | None = None
 

@@ -5,6 +5,7 @@ import pytest
 
 from flyreg_core import topology
 from flyreg_core.affine import AffineMap
+from flyreg_core.caps import RADIUS, find_caps, lay_cap_flat, rim_circle
 from flyreg_core.correspondence import FlatBrain
 from flyreg_core.cut import PIECES
 from flyreg_core.divide import divide
@@ -55,12 +56,14 @@ def before_and_after(request, whole, divided) -> tuple[FlatBrain, FlatBrain]:
     return whole[request.param], divided[request.param]
 
 
-def test_the_surface_stays_where_it_is_with_more_vertices(before_and_after):
+def test_the_surface_stays_where_it_is_with_more_vertices(whole, before_and_after):
     before, after = (brain.dissection for brain in before_and_after)
     n = len(before.surface.vertices)
     assert np.array_equal(after.surface.vertices[:n], before.surface.vertices)
     added = after.surface.vertices[n:]
-    assert 0.1 * n < len(added) <= MOST_GROWTH * n
+    other = next(brain for brain in whole.values() if brain is not before_and_after[0])
+    n_other = len(other.dissection.surface.vertices)
+    assert 0.1 * n < len(added) <= MOST_GROWTH * max(n, n_other)
     assert len(before_and_after[1].added) == len(added)
     assert distances_to_surface(added, before.surface, ignore).max() < ROUNDING_UM
     for number in range(len(PIECES)):
@@ -82,6 +85,25 @@ def test_the_flat_map_stays_the_same(before_and_after, half):
     away = np.linalg.norm(lifted - after.dissection.surface.vertices[new.vertex_of], axis=1)
     assert np.percentile(away, 99.9) < 1e-6  # rounding tells little apart in pockets that crowd
     assert np.array_equal(new.flat.uv[: len(old.flat.uv)], old.flat.uv)
+
+
+def flat_caps(brain: FlatBrain) -> np.ndarray:
+    """Where vertices of both caps lie on circles; others lie at no number."""
+    places = np.full((len(brain.dissection.surface.vertices), 2), np.nan)
+    for cap in find_caps(brain.dissection, brain.curves, brain.added):
+        places[cap.vertex_of] = lay_cap_flat(cap, rim_circle(cap.side, brain.curves))
+    return places
+
+
+def test_caps_lie_flat_as_before_with_what_was_added_on_their_edges(before_and_after):
+    old, new = map(flat_caps, before_and_after)
+    assert np.nanmax(np.abs(new[: len(old)] - old)) < 0.01 * RADIUS
+    added = before_and_after[1].added
+    first, second = new[added.ends.T]
+    expected = first + added.share[:, np.newaxis] * (second - first)
+    off = np.linalg.norm(new[len(old) :] - expected, axis=1) / RADIUS
+    assert np.nanpercentile(off, 95) < 0.005
+    assert np.nanmax(off) < 0.05  # what divides an edge across a face is held by less
 
 
 @pytest.mark.parametrize("half", HALVES)
@@ -179,16 +201,21 @@ def test_faces_that_would_be_turned_over_stay_whole(demo_target):
     far = half.vertex_of[half.springs.edges[~np.isin(half.springs.edges, face).any(axis=1)][:1]]
     edges = np.vstack([edge, far])
     order = np.lexsort((edges[:, 1], edges[:, 0]))
-    done = divide(brain, edges[order])
+    done = divide(brain, edges[order], np.full(2, 0.3))
     assert done.is_divided.tolist() == (order == 1).tolist()
     assert len(done.brain.added) == 1
 
 
-def test_who_says_how_many_vertices_a_brain_has_gets_no_more(demo_project):
+@pytest.mark.parametrize(("vertices", "has_more"), [(3000, False), (12_000, True)])
+def test_who_says_how_many_vertices_a_brain_has_gets_no_more(demo_project, vertices, has_more):
     brains = [
-        replace(brain, solid=SolidParameters(24), simplify=SimplifyParameters(3000))
+        replace(brain, solid=SolidParameters(24), simplify=SimplifyParameters(vertices))
         for brain in (demo_project.source, demo_project.target)
     ]
     project = replace(demo_project, source=brains[0], target=brains[1])
     results = Pipeline().run(project, measure=False)
-    assert len(results.source.flat.added) == len(results.target.flat.added) == 0
+    for brain in (results.source, results.target):
+        if has_more:
+            assert 0.95 * vertices < len(brain.surface.vertices) <= vertices
+        else:
+            assert len(brain.flat.added) == 0

@@ -119,7 +119,7 @@ def test_values_of_one_sign_split_nothing():
     _, faces = SHAPES["torus"]
     refinement = split_along_zero(faces, np.ones(80))
     assert np.array_equal(refinement.faces, faces)
-    assert len(refinement.ends) == 0
+    assert len(refinement.added.ends) == 0
 
 
 @given(name=NAMES, seed=SEEDS)
@@ -128,8 +128,8 @@ def test_edges_are_split_in_the_middle_and_faces_keep_their_orientation(name, se
     edges = random_edges(seed, faces)
     refinement = split_edges(faces, edges)
     new = refinement.carry(vertices)[len(vertices) :]
-    assert new == pytest.approx(vertices[refinement.ends].mean(axis=1))
-    assert sorted(map(tuple, refinement.ends.tolist())) == sorted(map(tuple, edges.tolist()))
+    assert new == pytest.approx(vertices[refinement.added.ends].mean(axis=1))
+    assert sorted(map(tuple, refinement.added.ends.tolist())) == sorted(map(tuple, edges.tolist()))
     after = SurfaceMesh(refinement.carry(vertices), refinement.faces)
     before = SurfaceMesh(vertices, faces)
     assert np.bincount(refinement.parent, after.face_areas) == pytest.approx(before.face_areas)
