@@ -357,6 +357,29 @@ def test_how_a_brain_lies_is_stated_in_the_settings(qtbot, window):
     assert window.session.results.source.frame.is_mirrored
 
 
+def test_how_many_vertices_a_brain_has_is_stated_in_the_settings(qtbot, window):
+    steps, before = window.steps, window.session.results
+    qtbot.mouseClick(steps.settings_button, LEFT)
+    field = steps.form.source.vertices
+    assert field.text() == ""
+    assert field.placeholderText() == str(len(before.source.surface.vertices))
+    more = len(before.source.surface.vertices) + 5000
+    qtbot.keyClicks(field, str(more))
+    qtbot.mouseClick(steps.form.apply_button, LEFT)
+    settle(qtbot, window)
+    assert window.session.project.source.simplify.vertices == more
+    assert 0.95 * more < len(window.session.results.source.surface.vertices) <= more
+    assert field.text() == str(more)
+    field.selectAll()
+    qtbot.keyClick(field, Qt.Key.Key_Delete)
+    qtbot.mouseClick(steps.form.apply_button, LEFT)
+    settle(qtbot, window)
+    assert window.session.project.source.simplify.vertices is None
+    np.testing.assert_array_equal(
+        window.session.results.source.surface.vertices, before.source.surface.vertices
+    )
+
+
 def test_a_preparation_that_fails_says_why_where_it_failed(qtbot, window):
     steps, before = window.steps, window.session.results
     qtbot.mouseClick(steps.settings_button, LEFT)

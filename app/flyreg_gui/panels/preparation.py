@@ -7,7 +7,7 @@ from itertools import permutations, product
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QDoubleValidator
+from PySide6.QtGui import QDoubleValidator, QIntValidator, QValidator
 from PySide6.QtWidgets import (
     QComboBox,
     QGridLayout,
@@ -37,9 +37,9 @@ PAIRING_TIP = (
 class OptionalNumber(QLineEdit):
     """A number, or nothing: then the program finds it and says in grey what it found."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, kind: type[QValidator] = QDoubleValidator) -> None:
         super().__init__()
-        self.setValidator(QDoubleValidator(self))
+        self.setValidator(kind(self))
         self.setAccessibleName(name)
         self.setMinimumWidth(56)
 
@@ -57,6 +57,22 @@ class OptionalNumber(QLineEdit):
         self.setPlaceholderText("auto" if value is None else f"{value:.0f}")
 
 
+class OptionalCount(OptionalNumber):
+    """A whole number, or nothing."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name, QIntValidator)
+
+    def count(self) -> int | None:
+        """Return the number; None if the field is empty."""
+        value = self.value()
+        return None if value is None else round(value)
+
+    def show_value(self, value: float | None) -> None:
+        """Show a number with all its digits, or that there is none."""
+        self.setText("" if value is None else f"{value:.0f}")
+
+
 class BrainFields:
     """The settings of one brain: a column of the form."""
 
@@ -66,6 +82,7 @@ class BrainFields:
         self.shift = OptionalNumber(f"Cut shift of {role}")
         self.shift.setPlaceholderText("0")
         self.voxels = _spin_box(f"Voxels across {role}", 20, 400)
+        self.vertices = OptionalCount(f"Vertices of {role}")
         self.passes = _spin_box(f"Smoothing passes of {role}", 0, 5000)
         self.pose = QComboBox()
         self.pose.addItem(FOUND, None)
@@ -80,7 +97,8 @@ class BrainFields:
     @property
     def widgets(self) -> tuple[QWidget, ...]:
         """The fields from top to bottom."""
-        return (self.pose, self.right, self.left, self.shift, self.voxels, self.passes)
+        fields = (self.pose, self.right, self.left, self.shift)
+        return (*fields, self.voxels, self.vertices, self.passes)
 
     def show(self, brain: Brain, prepared: PreparedBrain | None) -> None:
         """Show the settings of a brain, and what was found where they leave it open."""
@@ -91,6 +109,8 @@ class BrainFields:
         self.left.show_found(planes.left if planes else None)
         self.shift.show_value(brain.cut.shift_um or None)
         self.voxels.setValue(brain.solid.voxels_across)
+        self.vertices.show_value(brain.simplify.vertices)
+        self.vertices.show_found(len(prepared.surface.vertices) if prepared else None)
         self.passes.setValue(brain.smooth.passes)
         self.pose.setCurrentIndex(self.pose.findData(brain.pose.axes))
 
@@ -101,6 +121,7 @@ class BrainFields:
             trim=replace(brain.trim, right=self.right.value(), left=self.left.value()),
             cut=replace(brain.cut, shift_um=self.shift.value() or 0.0),
             solid=replace(brain.solid, voxels_across=self.voxels.value()),
+            simplify=replace(brain.simplify, vertices=self.vertices.count()),
             smooth=replace(brain.smooth, passes=self.passes.value()),
             pose=replace(brain.pose, axes=self.pose.currentData()),
         )
@@ -128,6 +149,11 @@ LABELS = (
     ),
     ("Cut shift, µm", "How far behind the automatic place the halves are divided"),
     ("Voxels across", "How finely the brain is cut into voxels, from dorsal to ventral"),
+    (
+        "Vertices",
+        "How many the main brain has: fewer make it simpler (see Costs), more are added where the other "
+        "brain asks for them; grey: as many as there are",
+    ),
     ("Smoothing passes", "How often the surface is averaged before it is divided"),
 )
 
