@@ -27,7 +27,7 @@ from flyreg_core.progress import Report, ignore, within
 from flyreg_core.project import Brain, Project
 from flyreg_core.results import Pair, PreparedBrain
 from flyreg_core.shape_map import ShapeMap, fit_shape_map
-from flyreg_core.side_by_side import both_halves
+from flyreg_core.side_by_side import both, both_halves
 from flyreg_core.simplify import Simplified, simplify
 from flyreg_core.smooth import SmoothParameters, smooth
 from flyreg_core.solid import VoxelSolid, close_solid, voxelize
@@ -278,9 +278,9 @@ def _match_detail(
     source: PreparedBrain, target: PreparedBrain, report: Report
 ) -> tuple[PreparedBrain, PreparedBrain]:
     """Return both brains with faces divided where the other one is more detailed."""
-    return (
-        _matched_in_detail(source, target.flat, within(report, 0.0, 0.5)),
-        _matched_in_detail(target, source.flat, within(report, 0.5, 1.0)),
+    return both(
+        lambda: _matched_in_detail(source, target.flat, report),
+        lambda: _matched_in_detail(target, source.flat, ignore),
     )
 
 
