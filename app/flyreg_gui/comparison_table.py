@@ -15,10 +15,10 @@ from flyreg_core.rivals.table import RIVAL_OF
 from flyreg_gui.theme import current_theme
 
 COLUMNS: tuple[tuple[str, str, float, int, str], ...] = (
-    ("Mean", "source_to_target.mean_um", 1, 2, "Mean distance to the target, µm"),
-    ("RMS", "source_to_target.rms_um", 1, 2, "Root mean square distance to the target, µm"),
-    ("Mean back", "target_to_source.mean_um", 1, 2, "Mean distance of the target from it, µm"),
-    ("RMS back", "target_to_source.rms_um", 1, 2, "The same, root mean square, µm"),
+    ("Mean", "source_to_target.mean_um", 1, 3, "Mean distance to the target, µm"),
+    ("RMS", "source_to_target.rms_um", 1, 3, "Root mean square distance to the target, µm"),
+    ("Mean back", "target_to_source.mean_um", 1, 3, "Mean distance of the target from it, µm"),
+    ("RMS back", "target_to_source.rms_um", 1, 3, "The same, root mean square, µm"),
     ("TRE", "tre_mean_um", 1, 2, "Target registration error on the points, mean, µm"),
     ("TRE 95 %", "tre_p95_um", 1, 2, "95th percentile of the target registration error, µm"),
     ("Folded %", "folded_share", 100, 3, "Share of the source's area that was folded over"),

@@ -180,8 +180,8 @@ def _describe_distances(results: Results) -> list[str]:
         return ["Measured when the sliders are at rest"]
     forth, back = distances.a_to_b, distances.b_to_a
     lines = [
-        f"To target: mean {forth.mean_um:.2f}, largest {forth.hausdorff_um:.1f} µm",
-        f"From target: mean {back.mean_um:.2f}, largest {back.hausdorff_um:.1f} µm",
+        f"To target: mean {forth.mean_um:.3f}, largest {forth.hausdorff_um:.1f} µm",
+        f"From target: mean {back.mean_um:.3f}, largest {back.hausdorff_um:.1f} µm",
     ]
     judgement = results.judgement
     if judgement is not None and len(judgement.there_and_back_um):
