@@ -24,6 +24,7 @@ class Divided:
     """A brain after a division."""
 
     brain: FlatBrain
+    parent: Integers  # (m,), of the surface: the old face each new face is part of
     is_divided: Booleans  # (k,); not those where rounding would turn parts of flat faces over
 
 
@@ -60,7 +61,8 @@ def divide(brain: FlatBrain, edges: Integers, share: Floats) -> Divided:
     curves = {key: _divided_curve(curve, refinement, n) for key, curve in brain.curves.items()}
     halves = {half: _with_boundary(own, curves) for half, (own, _) in divided.items()}
     added = brain.added.joined(refinement.added)
-    return Divided(FlatBrain(dissection, brain.frame, curves, halves, added), is_divided)
+    result = FlatBrain(dissection, brain.frame, curves, halves, added)
+    return Divided(result, refinement.parent, is_divided)
 
 
 def _divided_half(

@@ -20,11 +20,12 @@ from flyreg_core.correspondence import FlatBrain
 from flyreg_core.cut import PIECES
 from flyreg_core.divide import divide
 from flyreg_core.flatten import Springs
-from flyreg_core.landmarks import HALVES
+from flyreg_core.landmarks import HALVES, HalfName
 from flyreg_core.locate import strip_grid
 from flyreg_core.mesh import Booleans, Floats, Integers
 from flyreg_core.progress import Report
 from flyreg_core.refine import side_keys
+from flyreg_core.turn_edges import find_diagonals, turn_edges
 
 TOLERANCE, FINEST = 1e-4, 1e-6
 """An edge may leave the other surface by this share of its diagonal before it is divided; and where
@@ -53,18 +54,23 @@ def match_detail(
     The ends of an edge, of a curve or a trim cap too, are lifted to the other surface: their chord
     is what the registered surface has there. What an edge costs is the area between that chord and
     the surface below the edge. Each round divides the edges that cost most, each where it is
-    farthest off, and looks at those that are new.
+    farthest off, and turns those that are new where the other diagonal of two parts of a face costs
+    less: else edges would fan out from the border of a pocket for ever.
+
+    References
+    ----------
+    Dyn, Levin, Rippa, Data dependent triangulations for piecewise linear interpolation, IMA Journal
+    of Numerical Analysis 10(1), 1990, doi:10.1093/imanum/10.1.137.
     """
     grounds = {piece: _ground(other, piece) for piece in PIECES}
     n_before, n_other = (len(each.dissection.surface.vertices) for each in (brain, other))
     most = n_before + int(MOST_GROWTH * max(n_before, n_other)) if vertices is None else vertices
     limit = (FINEST if vertices else TOLERANCE) * other.dissection.surface.diagonal
     on_caps = _places_on_caps(brain, other)
-    lifted = np.zeros((n_before, 3))
     sheets = _sheets(brain, on_caps)
-    for sheet in sheets:
-        lifted[sheet.vertex_of] = grounds[sheet.piece].lift(sheet.places)
+    lifted = _lifted(sheets, grounds, n_before)
     edges = _far_edges(0, sheets, grounds, lifted, limit)
+    origin = np.arange(len(brain.dissection.surface.faces))
     for number in range(ROUNDS):
         report(number / ROUNDS, "matching detail")
         n = len(lifted)
@@ -82,8 +88,66 @@ def match_detail(
             [on_caps, first + edges.share[done, np.newaxis] * (second - first)]
         )
         new = _far_edges(n, _sheets(brain, on_caps), grounds, lifted, limit)
+        origin = origin[divided.parent]
+        for half in HALVES:
+            brain, new = _better_turned(brain, half, new, origin, grounds[half], lifted, limit)
         edges = edges.without(chosen).joined(new)
     return brain
+
+
+def _lifted(sheets: list[_Sheet], grounds: Mapping[str, Ground], n_vertices: int) -> Floats:
+    """Return (n, 3) where the vertices of a brain come to lie on the other surface."""
+    lifted = np.zeros((n_vertices, 3))
+    for sheet in sheets:
+        lifted[sheet.vertex_of] = grounds[sheet.piece].lift(sheet.places)
+    return lifted
+
+
+def _better_turned(
+    brain: FlatBrain,
+    name: HalfName,
+    edges: _Edges,
+    origin: Integers,
+    ground: Ground,
+    lifted: Floats,
+    limit: float,
+) -> tuple[FlatBrain, _Edges]:
+    """Return a brain and its edges, those of a half turned that cost less as the other diagonals.
+
+    Caps are left as they are: they have no flat map of their own that would stay the same.
+
+    Parameters
+    ----------
+    origin : (m,) int
+        The face that each face of the surface was a part of before all division.
+    """
+    half = brain.halves[name]
+    number = np.full(len(lifted), -1)
+    number[half.vertex_of] = np.arange(len(half.vertex_of))
+    inside = np.flatnonzero((number[edges.ends] >= 0).all(axis=1))
+    found = find_diagonals(
+        half,
+        brain.dissection.surface.vertices[half.vertex_of],
+        number[edges.ends[inside]],
+        origin[brain.dissection.piece_of_face == PIECES.index(name)],
+    )
+    ends = half.vertex_of[found.corners[:, 2:]]
+    first, second = found.places[:, 2], found.places[:, 3]
+    off = chordal_deviations(ground, first, second - first, lifted[ends])
+    turned = _apart(found.faces, edges.cost[inside[found.edge]] - off.area)
+    far = turned[off.most[turned] > limit]
+    share = np.where(ends[far, 0] < ends[far, 1], off.share[far], 1 - off.share[far])
+    instead = _Edges(np.sort(ends[far], axis=1), off.area[far], share, off.points[far])
+    brain = turn_edges(brain, name, found.some(turned))
+    return brain, edges.without(inside[found.edge[turned]]).joined(instead)
+
+
+def _apart(faces: Integers, gain: Floats) -> Integers:
+    """Return which of some pairs of faces gain something, and more than all that share a face."""
+    rank = np.argsort(np.argsort(-gain, kind="stable"))
+    best = np.full(int(faces.max(initial=-1)) + 1, len(rank))
+    np.minimum.at(best, faces, rank[:, np.newaxis])
+    return np.flatnonzero((gain > 0) & (best[faces] == rank[:, np.newaxis]).all(axis=1))
 
 
 def _ground(brain: FlatBrain, piece: str) -> Ground:

@@ -106,7 +106,7 @@ def _split(faces: Integers, edges: Integers, share: Floats) -> Refinement:
     key = edges[:, 0] * n + edges[:, 1]
     order = np.argsort(key)
     key, edges, share = key[order], edges[order], share[order]
-    near = _with_an_edge_among(faces, edges)
+    near = faces_with_an_edge_among(faces, edges)
     side_key = side_keys(faces[near], n)
     place = np.searchsorted(key, side_key)
     is_split = np.zeros(side_key.shape, dtype=bool)
@@ -126,7 +126,7 @@ def _split(faces: Integers, edges: Integers, share: Floats) -> Refinement:
     return Refinement(np.concatenate(pieces), np.concatenate(parents), AddedVertices(edges, share))
 
 
-def _with_an_edge_among(faces: Integers, edges: Integers) -> Integers:
+def faces_with_an_edge_among(faces: Integers, edges: Integers) -> Integers:
     """Return the faces that may have one of the edges: at least two of their vertices end edges."""
     is_end = np.zeros(int(faces.max()) + 1, dtype=bool)
     is_end[edges] = True
