@@ -72,7 +72,8 @@ def unfold(flat: FlatMesh, net: Net, is_fixed: Booleans, report: Report) -> Unfo
     -----
     First the vertices of flipped faces, and no others, move to the means of their neighbours,
     again and again. Where that does not end, rings around flipped faces are freed and laid flat
-    anew, in the end ever wider ones; when all are free the result is one-to-one by Tutte's theorem.
+    anew, and what is flipped then moves as before; in the end rings are ever wider, and when all are
+    free the result is one-to-one by Tutte's theorem.
     """
     flipped = flipped_faces(flat)
     folds = int(flipped.sum())
@@ -90,7 +91,7 @@ def unfold(flat: FlatMesh, net: Net, is_fixed: Booleans, report: Report) -> Unfo
         freed |= around & ~is_fixed
         u, v = solve_means(net.springs, ~freed, flat.uv[:, 0], flat.uv[:, 1])
         flat = flat.moved(np.stack([u, v], axis=1))
-        flipped = flipped_faces(flat)
+        flat, flipped = _relax(flat, flipped_faces(flat), net, is_fixed, report)
         tries += 1
         width = width if tries < SMALL_STEPS else 2 * width
     return Unfolded(flat, folds, int(flipped.sum()))

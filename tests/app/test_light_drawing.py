@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("PySide6")
+import pyvista as pv
 from flyreg_gui.status import FEWER
 from flyreg_gui.views import canvas as canvas_module
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
@@ -36,7 +37,7 @@ def handle_of(slider):
 
 def given_to_vtk(layer):
     """The vertices and the number of triangles that VTK draws of a layer."""
-    mesh = layer.actor.mapper.GetInput()
+    mesh = pv.wrap(layer.actor.mapper.GetInput())
     return np.array(mesh.points), mesh.n_cells
 
 

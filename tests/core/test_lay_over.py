@@ -4,11 +4,16 @@ from flyreg_resources.demo import deform
 from scipy.spatial.distance import pdist
 
 from flyreg_core.boundary_map import LEAST_ADVANCE
+from flyreg_core.brain_files import open_brain
+from flyreg_core.cut import PIECES
 from flyreg_core.errors import LandmarkError
 from flyreg_core.landmarks import HALVES
 from flyreg_core.lay_over import find_partners, lay_over
 from flyreg_core.lift import build_locators, lift
+from flyreg_core.preparation import Preparation
 from flyreg_core.progress import ignore
+from flyreg_core.project import Brain, Project
+from flyreg_core.rectangle import wrapped
 from flyreg_core.suggestions import STRONGEST, suggest_pairs
 from flyreg_core.surface_distance import distances_to_surface
 from flyreg_core.unfold import count_flipped
@@ -88,3 +93,34 @@ def test_no_suggestions_are_made_if_none_are_asked_for(laid, demo_target, to_tar
     assert suggest_pairs(laid, demo_target.flat, to_target, 0) == ()
     with pytest.raises(LandmarkError, match="must be at least 0, not -1"):
         suggest_pairs(laid, demo_target.flat, to_target, -1)
+
+
+@pytest.fixture(scope="module")
+def hard_pair():
+    """A source, the target that leads it, and the map: light and electron microscopy."""
+    brains = [Brain(open_brain(name)) for name in ("JRC2018F", "FAFB14")]
+    pair = Preparation().prepare_pair(Project(*brains), ignore)
+    return pair.source, pair.target, pair.to_target
+
+
+@pytest.mark.parametrize("half", HALVES)
+def test_where_much_is_folded_the_rest_of_the_half_stays_with_its_partners(hard_pair, half):
+    """Two thousand faces of a half are turned over by partners that contradict each other."""
+    source, target, to_target = hard_pair
+    own = source.flat.halves[half]
+    points = source.surface.vertices[own.vertex_of]
+    partners, is_sure = find_partners(
+        points, source.flat.normals[own.vertex_of], target.flat, to_target
+    )
+    flat = target.flat.halves[half].flat
+    of_half = target.flat.dissection.piece_of_face[partners.face] == PIECES.index(half)
+    is_sure &= of_half & (partners.apart_um < 3 * np.median(partners.apart_um))
+    corners = flat.corners[target.flat.dissection.own_face[partners.face[is_sure]]]
+    there = np.einsum("ij,ijk->ik", partners.barycentric[is_sure], corners)
+    off = there - own.flat.uv[is_sure]
+    off[:, 0] = wrapped(off[:, 0])
+    n_before = len(source.surface.vertices) - len(
+        source.flat.added
+    )  # what divides edges lies on them
+    was_there = own.vertex_of[is_sure] < n_before
+    assert (np.abs(off[was_there]).max(axis=1) < 1e-6).mean() > 0.8
