@@ -67,6 +67,16 @@ def _add_preparation(command: argparse.ArgumentParser) -> None:
     add_brain_options(command)
 
 
+def _add_sizes(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
+    command.add_argument(
+        "--vertices",
+        type=int,
+        metavar="N",
+        help="of both brains: simplify to N, or add vertices up to N where the other brain asks for them",
+    )
+
+
 def _add_inspect(commands: Commands, run: Mapping[str, Run]) -> None:
     command = _add_command(commands, "inspect", run["inspect"], "Say what a brain is.")
     _add_preparation(command)
@@ -119,13 +129,7 @@ def _add_register(commands: Commands, run: Mapping[str, Run]) -> None:
         choices=("shape", "coordinate", "arc length", "nearest"),
         help="what tells which places belong together (default shape; the paper: nearest)",
     )
-    command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
-    command.add_argument(
-        "--vertices",
-        type=int,
-        metavar="N",
-        help="of both brains: simplify to N, or add vertices up to N where the other brain asks for them",
-    )
+    _add_sizes(command)
     command.add_argument("--smoothing-passes", type=int, metavar="N", help="default 500")
     command.add_argument(
         "--flattening-passes", type=int, metavar="N", help="average N times instead of solving"
@@ -204,13 +208,7 @@ def _add_compare(commands: Commands, run: Mapping[str, Run]) -> None:
     command.add_argument(
         "--memory-limit", type=float, default=3000.0, metavar="MB", help="likewise, default 3000"
     )
-    command.add_argument("--voxels", type=int, metavar="N", help="voxels from dorsal to ventral")
-    command.add_argument(
-        "--vertices",
-        type=int,
-        metavar="N",
-        help="of both brains: simplify to N, or add vertices up to N where the other brain asks for them",
-    )
+    _add_sizes(command)
     add_brain_options(command, "source")
     add_brain_options(command, "target")
 

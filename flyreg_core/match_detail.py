@@ -24,7 +24,7 @@ from flyreg_core.landmarks import HALVES, HalfName
 from flyreg_core.locate import strip_grid
 from flyreg_core.mesh import Booleans, Floats, Integers
 from flyreg_core.progress import Report
-from flyreg_core.refine import side_keys
+from flyreg_core.refine import edges_at_sides, faces_with_an_edge_among
 from flyreg_core.turn_edges import find_diagonals, turn_edges
 
 TOLERANCE, FINEST = 1e-4, 1e-6
@@ -65,7 +65,7 @@ def match_detail(
     grounds = {piece: _ground(other, piece) for piece in PIECES}
     n_before, n_other = (len(each.dissection.surface.vertices) for each in (brain, other))
     most = n_before + int(MOST_GROWTH * max(n_before, n_other)) if vertices is None else vertices
-    limit = (FINEST if vertices else TOLERANCE) * other.dissection.surface.diagonal
+    limit = (TOLERANCE if vertices is None else FINEST) * other.dissection.surface.diagonal
     on_caps = _places_on_caps(brain, other)
     sheets = _sheets(brain, on_caps)
     lifted = _lifted(sheets, grounds, n_before)
@@ -159,9 +159,9 @@ def _ground(brain: FlatBrain, piece: str) -> Ground:
         cap = next(cap for cap in _caps(brain) if f"{cap.side} cap" == piece)
         grid = cap_grid(cap, lay_cap_flat(cap, rim_circle(cap.side, brain.curves)))
     normals = surface.face_normals[brain.dissection.piece_of_face == PIECES.index(piece)]
-    size = np.maximum(_lengths(normals), np.finfo(float).tiny)[:, np.newaxis]
+    size = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, np.newaxis]
     corners = surface.vertices[brain.dissection.faces_of(piece)]
-    return Ground(grid, half is not None, corners, normals / size)
+    return Ground(grid, half is not None, corners, normals / np.maximum(size, np.finfo(float).tiny))
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,21 +261,11 @@ def _far_edges(
     return reduce(_Edges.joined, found)
 
 
-def _lengths(vectors: Floats) -> Floats:
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
-
-
 def _at_most_two_a_face(faces: Integers, edges: Integers) -> Booleans:
     """Tell which edges are left if of each face with all three sides among them the last is left out."""
-    n = int(faces.max()) + 1
-    keys = edges @ [n, 1]
-    order = np.argsort(keys)
-    is_end = np.zeros(n, dtype=bool)
-    is_end[edges] = True
-    first, second, third = is_end[faces].T
-    sides = side_keys(faces[first & second & third], n)
-    place = order[np.minimum(np.searchsorted(keys, sides, sorter=order), len(keys) - 1)]
-    is_whole = (keys[place] == sides).all(axis=1)
+    near = faces_with_an_edge_among(faces, edges)
+    number = edges_at_sides(faces[near], edges, int(faces.max()) + 1)
+    is_whole = (number >= 0).all(axis=1)
     kept = np.ones(len(edges), dtype=bool)
-    kept[place[is_whole].max(axis=1)] = False
+    kept[number[is_whole].max(axis=1)] = False
     return kept

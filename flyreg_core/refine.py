@@ -107,12 +107,9 @@ def _split(faces: Integers, edges: Integers, share: Floats) -> Refinement:
     order = np.argsort(key)
     key, edges, share = key[order], edges[order], share[order]
     near = faces_with_an_edge_among(faces, edges)
-    side_key = side_keys(faces[near], n)
-    place = np.searchsorted(key, side_key)
-    is_split = np.zeros(side_key.shape, dtype=bool)
-    if len(key):
-        is_split = key[np.minimum(place, len(key) - 1)] == side_key
-    new_vertex = np.where(is_split, n + place, -1)
+    number = edges_at_sides(faces[near], edges, n)
+    is_split = number >= 0
+    new_vertex = np.where(is_split, n + number, -1)
     count_split = is_split.sum(axis=1)
     is_whole = np.ones(len(faces), dtype=bool)
     is_whole[near[count_split > 0]] = False
@@ -132,6 +129,16 @@ def faces_with_an_edge_among(faces: Integers, edges: Integers) -> Integers:
     is_end[edges] = True
     first, second, third = is_end[faces].T
     return np.flatnonzero((first & second) | (second & third) | (third & first))
+
+
+def edges_at_sides(faces: Integers, edges: Integers, n_vertices: int) -> Integers:
+    """Return (m, 3) which of (k, 2) edges each side of the faces is; -1 where it is none of them."""
+    if not len(edges):
+        return np.full(faces.shape, -1)
+    keys, sides = edges @ [n_vertices, 1], side_keys(faces, n_vertices)
+    order = np.argsort(keys)
+    number = order[np.minimum(np.searchsorted(keys, sides, sorter=order), len(keys) - 1)]
+    return np.where(keys[number] == sides, number, -1)
 
 
 def side_keys(faces: Integers, n_vertices: int) -> Integers:

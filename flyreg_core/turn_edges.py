@@ -13,7 +13,7 @@ from flyreg_core.halves import FlatHalf
 from flyreg_core.landmarks import HalfName
 from flyreg_core.mesh import Booleans, FlatMesh, Floats, Integers, SurfaceMesh
 from flyreg_core.orientation import orientations
-from flyreg_core.refine import faces_with_an_edge_among, side_keys
+from flyreg_core.refine import edges_at_sides, faces_with_an_edge_among
 
 LEAST_SHARE = 0.01
 """Both triangles of a quadrilateral have at least this share of its area."""
@@ -77,12 +77,8 @@ def find_diagonals(
 def _sides_of(edges: Integers, faces: Integers, n: int) -> tuple[Integers, Integers]:
     """Return those of some edges that two faces share, and (q, 2) which of all faces' sides they are."""
     near = faces_with_an_edge_among(faces, edges)
-    keys = edges @ [n, 1]
-    order = np.argsort(keys)
-    sides = side_keys(faces[near], n)
-    place = np.minimum(np.searchsorted(keys, sides, sorter=order), len(keys) - 1)
-    number = order[place]
-    row, side = np.nonzero(keys[number] == sides)
+    number = edges_at_sides(faces[near], edges, n)
+    row, side = np.nonzero(number >= 0)
     number, all_sides = number[row, side], 3 * near[row] + side
     by_edge = np.argsort(number, kind="stable")
     number, all_sides = number[by_edge], all_sides[by_edge]
